@@ -1,0 +1,1 @@
+"""The algorithms that nodes run, by name."""

@@ -1,0 +1,1 @@
+"""Pure mathematics: arrays in, arrays out; no simulation, no files, no clock, no stored random state."""

@@ -1,0 +1,1 @@
+"""Pure physics and device tables."""

@@ -1,0 +1,1 @@
+"""Reusable conversations over a node handle."""

@@ -1,0 +1,1 @@
+"""The simulation proper: the only package that imports SimPy."""

@@ -1,0 +1,1 @@
+"""Medium access: when to send."""

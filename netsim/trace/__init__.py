@@ -1,0 +1,1 @@
+"""The vocabulary of events, and how a run is recorded."""

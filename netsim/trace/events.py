@@ -1,0 +1,353 @@
+"""The vocabulary of what can happen in a run: one frozen record a kind of event, each with its topic in the trace.
+
+Every event is recorded at the simulated instant it happened, so the log times of a trace never decrease. The wire types
+(`U32`, `F64Array`, ...) are what the trace writer lays out (`netsim.trace.cdr`); the units are in the names. Node ids are
+`uint32`, `BROADCAST` (2^32 - 1) stands for "all in range". The vocabulary is closed, but for `AlgorithmRecord`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+BROADCAST = 0xFFFFFFFF
+
+I64 = Annotated[int, "int64"]
+U32 = Annotated[int, "uint32"]
+U8 = Annotated[int, "uint8"]
+F64 = Annotated[float, "float64"]
+Text = Annotated[str, "string"]
+U32Array = Annotated[Sequence[int] | NDArray[np.uint32], "uint32[]"]
+U8Array = Annotated[Sequence[int] | NDArray[np.uint8], "uint8[]"]
+I32Array = Annotated[Sequence[int] | NDArray[np.int32], "int32[]"]
+F32Array = Annotated[Sequence[float] | NDArray[np.float32], "float32[]"]
+F64Array = Annotated[Sequence[float] | NDArray[np.float64], "float64[]"]
+TextArray = Annotated[Sequence[str], "string[]"]
+
+# What became of a frame at one listener. The position in the tuple is the code in `Frame.rx_outcome`.
+OUTCOMES = (
+    "received",  # decoded, and addressed to this node or broadcast
+    "overheard",  # decoded, but addressed to another node
+    "collided",  # lost, and without the interference it would have had more than an even chance
+    "weak",  # lost to noise
+    "half_duplex",  # the listener was transmitting
+    "busy",  # the listener was locked on another frame
+    "asleep",  # the listener's radio was off, asleep or switching
+    "dead",  # the listener, or the sender half-way, ran out of energy
+    "lost",  # dropped by the ideal medium's loss probability
+)
+OUTCOME_CODE = {name: code for code, name in enumerate(OUTCOMES)}
+
+# Radio states; the position is the code in `RadioState.state`.
+RADIO_STATES = ("off", "sleep", "listen", "receive", "transmit", "switch", "dead")
+RADIO_STATE_CODE = {name: code for code, name in enumerate(RADIO_STATES)}
+
+
+@dataclass(frozen=True, slots=True)
+class NodeTable:
+    """Who takes part: one row a node, written at time 0."""
+
+    topic: ClassVar[str] = "/nodes/info"
+    node: U32Array
+    name: TextArray
+    group: TextArray
+    role: TextArray
+    """`sensor` or `sink`."""
+    x_m: F64Array
+    y_m: F64Array
+    radio: TextArray
+    cpu: TextArray
+    battery_j: F64Array
+    """Usable energy at the start; infinity for mains power."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkTable:
+    """The radio neighbourhood, one row an ordered pair that can hear each other, written at time 0."""
+
+    topic: ClassVar[str] = "/links/info"
+    source: U32Array
+    destination: U32Array
+    gain_db: F32Array
+    """Received over transmitted power, at the node's transmit power; 0 on the ideal medium."""
+    prr: F32Array
+    """Packet reception ratio of a full-size frame without interference."""
+
+
+@dataclass(frozen=True, slots=True)
+class FieldInfo:
+    """The field, written at time 0."""
+
+    topic: ClassVar[str] = "/world/field"
+    width_m: F64
+    height_m: F64
+    x_m: F64
+    """Lower left corner."""
+    y_m: F64
+
+
+@dataclass(frozen=True, slots=True)
+class RadioState:
+    """A node's radio entered a state. At detail `frames` only sleep, listen (after sleep) and dead; at `full` all."""
+
+    topic: ClassVar[str] = "/nodes/radio"
+    node: U32
+    state: U8
+    """Code: position in `RADIO_STATES`."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodeLife:
+    """A node's algorithm started or ended, or the node died."""
+
+    topic: ClassVar[str] = "/nodes/life"
+    node: U32
+    event: Text
+    """`started`, `finished`, `failed`, `died`."""
+    reason: Text
+
+
+@dataclass(frozen=True, slots=True)
+class NodeEnergy:
+    """Energy of every node, sampled at the scenario's interval and at the end."""
+
+    topic: ClassVar[str] = "/nodes/energy"
+    node: U32Array
+    consumed_j: F64Array
+    left_j: F64Array
+    """Infinity for mains power."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One transmission on the air and what became of it at each listener; recorded at its end."""
+
+    topic: ClassVar[str] = "/frames"
+    frame_id: U32
+    t_start_ns: I64
+    t_end_ns: I64
+    source: U32
+    destination: U32
+    """Next hop, or `BROADCAST`."""
+    kind: Text
+    """Kind of the message it carries (of the message acknowledged, for an acknowledgement)."""
+    is_ack: U8
+    size_byte: U32
+    """Physical-layer payload (PSDU), MAC header and checksum included."""
+    attempt: U8
+    """0 for the first transmission, 1 for the first retry, ..."""
+    message_id: U32
+    tx_power_dbm: F64
+    rx_node: U32Array
+    rx_outcome: U8Array
+    """Code: position in `OUTCOMES`."""
+    rx_rssi_dbm: F32Array
+    rx_sinr_db: F32Array
+    """Lowest over the frame; infinity on the ideal medium."""
+
+
+@dataclass(frozen=True, slots=True)
+class MessageSent:
+    """An algorithm handed a message to its network layer."""
+
+    topic: ClassVar[str] = "/messages/sent"
+    message_id: U32
+    source: U32
+    destination: U32
+    kind: Text
+    size_byte: U32
+    """Application payload."""
+    fragments: U32
+    causes: U32Array
+    """Messages whose reception led to this one."""
+
+
+@dataclass(frozen=True, slots=True)
+class MessageDelivered:
+    """A message reached an inbox, whole."""
+
+    topic: ClassVar[str] = "/messages/delivered"
+    message_id: U32
+    source: U32
+    node: U32
+    kind: Text
+    size_byte: U32
+    hops: U8
+    latency_ns: I64
+
+
+@dataclass(frozen=True, slots=True)
+class MessageDropped:
+    """A message, or a fragment of it, was given up at a node."""
+
+    topic: ClassVar[str] = "/messages/dropped"
+    message_id: U32
+    source: U32
+    destination: U32
+    node: U32
+    """Where it was given up."""
+    kind: Text
+    reason: Text
+    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `reassembly_timeout`, `radio_asleep`, `sender_died`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """The problem instance, enough to recompute its exact answer (see `netsim.problems`)."""
+
+    topic: ClassVar[str] = "/problem"
+    kind: Text
+    """`association`, `factor-graph`, `none`."""
+    content_json: Text
+
+
+@dataclass(frozen=True, slots=True)
+class TruthTargets:
+    """True target positions."""
+
+    topic: ClassVar[str] = "/truth/targets"
+    target: U32Array
+    x_m: F64Array
+    y_m: F64Array
+
+
+@dataclass(frozen=True, slots=True)
+class TruthOrigins:
+    """Which target each measurement of a sensor came from."""
+
+    topic: ClassVar[str] = "/truth/origins"
+    node: U32
+    x_m: F64Array
+    """Measured positions (NaN where the sensor does not measure a position)."""
+    y_m: F64Array
+    target: I32Array
+    """Target of each measurement; -1 for a false alarm."""
+
+
+@dataclass(frozen=True, slots=True)
+class VariablePlacement:
+    """Which node hosts which variable of the graphical model, and the model's edges; written at time 0."""
+
+    topic: ClassVar[str] = "/model/placement"
+    variable: U32Array
+    name: TextArray
+    host: U32Array
+    edge_a: U32Array
+    """Variables at the two ends of each edge."""
+    edge_b: U32Array
+
+
+@dataclass(frozen=True, slots=True)
+class GraphMessages:
+    """Graph messages one node's variables sent in one round: the unit in which papers count communication."""
+
+    topic: ClassVar[str] = "/model/messages"
+    node: U32
+    round: U32
+    source: U32Array
+    """Sending variable of each message sent."""
+    destination: U32Array
+    remote: U8Array
+    """1 if the destination variable lives on another node (so the message went over the air)."""
+    computed: U32
+    """How many messages were computed this round, sent or not."""
+    largest_change: F64
+    """Largest divergence between a computed message and the one it is compared with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Association:
+    """A sensor's decision: which target each of its measurements came from."""
+
+    topic: ClassVar[str] = "/associations"
+    node: U32
+    target: I32Array
+    """Target of each measurement; -1 for a false alarm."""
+    round: U32
+
+
+@dataclass(frozen=True, slots=True)
+class Marginals:
+    """A host's (max-)marginal of one variable of a graphical model."""
+
+    topic: ClassVar[str] = "/marginals"
+    node: U32
+    variable: U32
+    probability: F64Array
+    round: U32
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A position estimate of a target."""
+
+    topic: ClassVar[str] = "/estimates"
+    node: U32
+    target: U32
+    x_m: F64
+    y_m: F64
+    covariance_m2: F64Array
+    """xx, xy, yy; empty when unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Role:
+    """A node took or left a role, such as `leader`."""
+
+    topic: ClassVar[str] = "/roles"
+    node: U32
+    role: Text
+    holds: U8
+
+
+@dataclass(frozen=True, slots=True)
+class AlgorithmRecord:
+    """Whatever an algorithm wishes to note: the one open kind. `fields_json` is a JSON object with units in its keys."""
+
+    topic: ClassVar[str] = "/algorithm"
+    node: U32
+    kind: Text
+    fields_json: Text
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A line for people, laid out as the Foxglove log message so that its viewers show it."""
+
+    topic: ClassVar[str] = "/log"
+    sec: Annotated[int, "int32"]
+    nanosec: U32
+    level: U8
+    """1 debug, 2 info, 3 warning, 4 error."""
+    message: Text
+    name: Text
+    file: Text
+    line: U32
+
+
+Event = (
+    NodeTable
+    | LinkTable
+    | FieldInfo
+    | RadioState
+    | NodeLife
+    | NodeEnergy
+    | Frame
+    | MessageSent
+    | MessageDelivered
+    | MessageDropped
+    | Problem
+    | TruthTargets
+    | TruthOrigins
+    | VariablePlacement
+    | GraphMessages
+    | Association
+    | Marginals
+    | Estimate
+    | Role
+    | AlgorithmRecord
+    | Log
+)
+EVENT_TYPES: tuple[type[Event], ...] = Event.__args__  # type: ignore[attr-defined]
