@@ -1,0 +1,133 @@
+"""Device tables: data-sheet values arrive in the right units, wrong tables are refused by name, traps are warned of."""
+
+import math
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from netsim.errors import InvariantError, ScenarioError
+from netsim.models.device_tables import load_battery, load_cpu, load_radio, shipped
+from netsim.models.devices import RadioDevice, device_findings
+
+HERE = Path(__file__).parent
+SHIPPED_RADIO = HERE.parents[1] / "netsim" / "models" / "data" / "radios" / "cc2420.yaml"
+
+
+@pytest.fixture(scope="module")
+def cc2420() -> RadioDevice:
+    return load_radio("cc2420", HERE)
+
+
+def test_cc2420_powers_are_the_data_sheet_currents_at_3_volt(cc2420: RadioDevice) -> None:
+    powers = (cc2420.off_mw, cc2420.sleep_mw, cc2420.idle_mw, cc2420.listen_mw, cc2420.receive_mw)
+    assert powers == pytest.approx((6e-5, 0.06, 1.278, 56.4, 56.4))
+    assert cc2420.transmit_mw == pytest.approx({0.0: 52.2, -5.0: 42.0, -10.0: 33.0, -15.0: 29.7, -25.0: 25.5})
+
+
+def test_cc2420_timing(cc2420: RadioDevice) -> None:
+    assert (cc2420.turnaround_ns, cc2420.wake_ns, cc2420.symbol_ns) == (192_000, 860_000, 16_000)
+    assert cc2420.turnaround_ns == 12 * cc2420.symbol_ns
+    assert isinstance(cc2420.turnaround_ns, int)
+
+
+@pytest.mark.parametrize(("psdu_byte", "airtime_ns"), [(0, 192_000), (5, 352_000), (20, 832_000), (127, 4_256_000)])
+def test_cc2420_airtime(cc2420: RadioDevice, psdu_byte: int, airtime_ns: int) -> None:
+    assert cc2420.airtime_ns(psdu_byte) == airtime_ns
+
+
+@pytest.mark.parametrize("psdu_byte", [-1, 128])
+def test_frames_the_radio_cannot_take_are_a_defect(cc2420: RadioDevice, psdu_byte: int) -> None:
+    with pytest.raises(InvariantError, match=f"{psdu_byte} bytes .* 0 to 127"):
+        cc2420.airtime_ns(psdu_byte)
+
+
+def test_airtime_is_rounded_to_the_nearest_nanosecond(cc2420: RadioDevice) -> None:
+    slow = replace(cc2420, bitrate_bps=19_200, phy_header_byte=0)
+    assert [slow.airtime_ns(n) for n in (1, 2, 3)] == [416_667, 833_333, 1_250_000]
+
+
+def test_transmit_power_at_and_between_levels(cc2420: RadioDevice) -> None:
+    for level, power in cc2420.transmit_mw.items():
+        assert cc2420.transmit_power_mw(level) == power
+    assert cc2420.transmit_power_mw(-2.5) == pytest.approx((52.2 + 42.0) / 2)
+    assert cc2420.transmit_power_mw(-17.0) == pytest.approx(0.8 * 29.7 + 0.2 * 25.5)
+
+
+@pytest.mark.parametrize("level", [0.1, -25.1, math.nan, math.inf])
+def test_transmit_power_outside_the_levels_names_them(cc2420: RadioDevice, level: float) -> None:
+    with pytest.raises(ScenarioError, match=r"CC2420 .* -25, -15, -10, -5, 0 dBm"):
+        cc2420.transmit_power_mw(level)
+
+
+def test_cpus_and_batteries() -> None:
+    msp430, cortex = (load_cpu(name, HERE) for name in ("msp430", "cortex_m4"))
+    assert (msp430.active_mw, msp430.sleep_mw) == pytest.approx((5.4, 0.1635))
+    assert cortex.operations_per_s > 100 * msp430.operations_per_s
+    assert cortex.active_mw / cortex.operations_per_s < msp430.active_mw / msp430.operations_per_s
+    assert load_battery("aa_pair", HERE).energy_j == 18_720.0
+    assert load_battery("ideal", HERE).energy_j == math.inf
+    assert 0.0 < load_battery("coin_cell", HERE).energy_j < load_battery("aa_pair", HERE).energy_j
+
+
+def test_every_shipped_table_loads_and_has_no_trap() -> None:
+    assert (shipped("radios"), shipped("cpus")) == (["cc2420"], ["cortex_m4", "msp430"])
+    assert shipped("batteries") == ["aa_pair", "coin_cell", "ideal"]
+    assert [load_cpu(name, HERE).active_mw > 0.0 for name in shipped("cpus")] == [True, True]
+    assert [device_findings(load_radio(name, HERE)) for name in shipped("radios")] == [[]]
+
+
+def test_devices_travel_to_other_processes(cc2420: RadioDevice) -> None:
+    assert pickle.loads(pickle.dumps(cc2420)) == cc2420
+
+
+def test_own_table_by_relative_path(tmp_path: Path) -> None:
+    text = SHIPPED_RADIO.read_text()
+    assert text.count("name: CC2420") == 1
+    (tmp_path / "mine.yaml").write_text(text.replace("name: CC2420", "name: mine"))
+    assert load_radio("mine.yaml", tmp_path).name == "mine"
+
+
+def test_unknown_device_names_what_there_is_and_the_nearest() -> None:
+    with pytest.raises(ScenarioError, match=r"expected one of cc2420.* did you mean `cc2420`\?"):
+        load_radio("CC2402", HERE)
+    with pytest.raises(ScenarioError, match="aa_pair, coin_cell, ideal") as caught:
+        load_battery("reactor", HERE)
+    assert "did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "names"),
+    [
+        ("idle_ma:", "idle_mw:", ("idle_ma", "idle_mw")),
+        ("{value: 0.426, source:", "{value: -0.426, source:", ("idle_ma",)),
+        ("{value: 250000, source:", "{value: fast, source:", ("bitrate_bps",)),
+        ('source: "ns-3 lr-wpan: a preamble is caught above -5 dB"', 'unverified: true', ("preamble_lock_sinr_db",)),
+        ("supply_v: {value: 3.0", "supply_v: {value: .nan", ("supply_v",)),
+    ],
+)  # fmt: skip
+def test_wrong_tables_are_refused(tmp_path: Path, old: str, new: str, names: tuple[str, ...]) -> None:
+    text = SHIPPED_RADIO.read_text()
+    assert text.count(old) == 1
+    (tmp_path / "wrong.yaml").write_text(text.replace(old, new))
+    with pytest.raises(ScenarioError) as caught:
+        load_radio("wrong.yaml", tmp_path)
+    assert all(name in str(caught.value) for name in names)
+
+
+@pytest.mark.parametrize(
+    ("change", "warning"),
+    [
+        ({"listen_mw": 0.006}, "listening draws 0.006 mW but receiving 56.4 mW"),
+        ({"sleep_mw": 1.4}, "more than idle"),
+        ({"sleep_mw": 1.278}, "as idle does"),
+        ({"sleep_mw": 1e-6}, "off draws 6e-05 mW, more than sleep"),
+        ({"wake_ns": 0}, "takes no time"),
+        ({"transmit_mw": {0.0: 52.2, 20.0: 99.0}}, "radiates more than it draws"),
+    ],
+)
+def test_traps_are_warned_of(cc2420: RadioDevice, change: dict[str, float], warning: str) -> None:
+    (finding,) = device_findings(replace(cc2420, **change))  # type: ignore[arg-type]
+    assert finding.startswith("CC2420: ")
+    assert warning in finding
