@@ -1,0 +1,275 @@
+"""Reading a trace back into events, in the order in which they happened.
+
+The file is read from front to back: its writer guarantees that log times never decrease and that every topic is
+announced in the first chunk, so nothing needs sorting, and chunks outside the time asked for are not even unpacked. A
+trace cut short by a crash is read up to its last whole record.
+"""
+
+import os
+import struct
+import warnings
+import zlib
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+
+from netsim.errors import TraceError
+from netsim.trace.cdr import SCHEMA_ENCODING, decode, layout, schema_text
+from netsim.trace.events import EVENT_TYPES, Event
+from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
+
+_BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
+_RECORD = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
+_MAGIC = b"\x89MCAP0\r\n"
+_TAIL_SIZE_BYTE = (
+    _RECORD.size + 20 + len(_MAGIC)
+)  # the footer record (two offsets and a checksum) and the closing magic
+_TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
+
+
+class TruncatedTraceWarning(UserWarning):
+    """A trace ends before its end record: what follows the last whole record is lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class RawMessage:
+    """A message of a trace before it is decoded.
+
+    Attributes:
+        time_ns: When it was recorded.
+        event_type: The class of the event.
+        data: Its CDR bytes.
+    """
+
+    time_ns: int
+    event_type: type[Event]
+    data: bytes
+
+
+def read_trace(
+    path: Path | str,
+    topics: Collection[str] | None = None,
+    start_ns: int | None = None,
+    end_ns: int | None = None,
+) -> Iterator[tuple[int, Event]]:
+    """The events of a trace with their times, in order.
+
+    Args:
+        path: The trace.
+        topics: Only these topics, such as `{"/frames"}`; None for all.
+        start_ns: Skip what happened before.
+        end_ns: Stop before what happened at or after this time.
+
+    Warns:
+        TruncatedTraceWarning: At the end of a trace that was cut short.
+
+    Raises:
+        TraceError: If the file cannot be read, is damaged, is not a trace of netsim or has another format version (at
+            once), or a record in it is broken (when it is reached).
+    """
+    messages = read_raw(path, topics, start_ns, end_ns)
+    return _decoded(Path(path), messages)
+
+
+def read_raw(
+    path: Path | str,
+    topics: Collection[str] | None = None,
+    start_ns: int | None = None,
+    end_ns: int | None = None,
+) -> Iterator[RawMessage]:
+    """Like `read_trace`, but the events stay undecoded."""
+    trace_metadata(path)
+    low = 0 if start_ns is None else start_ns
+    high = 1 << 64 if end_ns is None else end_ns
+    return _messages(Path(path), topics, low, high)
+
+
+def trace_metadata(path: Path | str) -> dict[str, str]:
+    """What was run: the metadata its writer was given, `format_version` and `netsim_version`.
+
+    Raises:
+        TraceError: If the file cannot be read, is not a trace of netsim or has another format version.
+    """
+    for opcode, body in _records(Path(path)):
+        if opcode == Opcode.METADATA:
+            with _blame(Path(path)):
+                record = Metadata.read(_stream(body))
+            if record.name == RUN_RECORD:
+                _check_version(path, record.metadata.get("format_version", "none"))
+                return dict(record.metadata)
+    msg = f"{path}: not a trace of netsim: it has no {RUN_RECORD} record"
+    raise TraceError(msg)
+
+
+def trace_attachment(path: Path | str, name: str) -> bytes:
+    """The content of the file `name` that a trace carries.
+
+    Raises:
+        TraceError: If the trace has no such attachment or cannot be read.
+    """
+    attachments = trace_attachments(path)
+    if name not in attachments:
+        known = ", ".join(sorted(attachments)) or "none"
+        msg = f"{path}: expected an attachment {name}, got {known}"
+        raise TraceError(msg)
+    return attachments[name]
+
+
+def trace_attachments(path: Path | str) -> dict[str, bytes]:
+    """All files that a trace carries, by name.
+
+    Raises:
+        TraceError: If the trace cannot be read.
+    """
+    trace_metadata(path)
+    bodies = [body for opcode, body in _records(Path(path)) if opcode == Opcode.ATTACHMENT]
+    with _blame(Path(path)):
+        return {record.name: record.data for record in map(Attachment.read, map(_stream, bodies))}
+
+
+def is_complete(path: Path | str) -> bool:
+    """Whether a trace ends as a closed one does; if not, its writer was interrupted.
+
+    Raises:
+        TraceError: If the file cannot be read.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            size_byte = stream.seek(0, os.SEEK_END)
+            stream.seek(max(0, size_byte - _TAIL_SIZE_BYTE))
+            tail = stream.read()
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    return tail.endswith(_MAGIC) and tail[:1] == bytes([Opcode.FOOTER])
+
+
+def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, Event]]:
+    for message in messages:
+        with _blame(path):
+            event = decode(message.event_type, message.data)
+        yield message.time_ns, event
+
+
+def _records(path: Path) -> Iterator[tuple[int, bytes]]:
+    """The records of the data section as opcode and content; ends with `DATA_END` unless the file was cut short."""
+    try:
+        with path.open("rb") as stream:
+            if stream.read(len(_MAGIC)) != _MAGIC:
+                msg = f"{path}: not an MCAP file"
+                raise TraceError(msg)
+            opcode = 0
+            while opcode != Opcode.DATA_END:
+                head = stream.read(_RECORD.size)
+                if len(head) < _RECORD.size:
+                    return
+                opcode, length = _RECORD.unpack(head)
+                if length > path.stat().st_size - stream.tell():
+                    return
+                yield opcode, stream.read(length)
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+@dataclass(slots=True)
+class _Contents:
+    """What the file has announced so far, and which of its channels are asked for."""
+
+    topics: Collection[str] | None
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    types: dict[int, type[Event]] = field(default_factory=dict)
+
+    def announce(self, channel: Channel) -> None:
+        if self.topics is None or channel.topic in self.topics:
+            self.types[channel.id] = _event_type(channel, self.schemas[channel.schema_id])
+
+
+def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -> Iterator[RawMessage]:
+    contents = _Contents(topics)
+    opcode = 0
+    for opcode, body in _records(path):
+        if opcode != Opcode.CHUNK:
+            continue
+        with _blame(path):
+            chunk = Chunk.read(_stream(body))
+            if chunk.message_start_time >= high and contents.schemas:
+                return
+            if chunk.message_end_time >= low or not contents.schemas:
+                yield from _chunk_messages(_uncompressed(chunk), contents, low, high)
+    if opcode != Opcode.DATA_END:
+        warnings.warn(f"{path}: the trace is cut short", TruncatedTraceWarning, stacklevel=2)
+
+
+def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> Iterator[RawMessage]:
+    """The messages among the records of a chunk; schemas and channels go into `contents`."""
+    at = 0
+    while at < len(data):
+        opcode, length = _RECORD.unpack_from(data, at)
+        at += _RECORD.size
+        body, at = data[at : at + length], at + length
+        if opcode == Opcode.MESSAGE:
+            channel, _, time_ns, _ = _MESSAGE.unpack_from(body)
+            event_type = contents.types.get(channel)
+            if event_type is not None and low <= time_ns < high:
+                yield RawMessage(time_ns, event_type, body[_MESSAGE.size :])
+        elif opcode == Opcode.SCHEMA:
+            schema = Schema.read(_stream(body))
+            contents.schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            contents.announce(Channel.read(_stream(body)))
+
+
+def _uncompressed(chunk: Chunk) -> bytes:
+    """The records of a chunk, checked against its checksum."""
+    data = zstandard.decompress(chunk.data, chunk.uncompressed_size) if chunk.compression == "zstd" else chunk.data
+    if zlib.crc32(data) != chunk.uncompressed_crc:
+        msg = "a chunk has a wrong checksum"
+        raise ValueError(msg)
+    return data
+
+
+def _stream(body: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(body))
+
+
+def _event_type(channel: Channel, schema: Schema) -> type[Event]:
+    """The event class of a channel, whose fields must be those of this version."""
+    event_type = _TYPE_OF_TOPIC.get(channel.topic)
+    if event_type is None:
+        msg = f"topic {channel.topic} is not in this version's vocabulary"
+        raise TraceError(msg)
+    if schema.encoding != SCHEMA_ENCODING or layout(schema.data.decode()) != layout(schema_text(event_type)):
+        msg = f"topic {channel.topic} is laid out otherwise than in this version"
+        raise TraceError(msg)
+    return event_type
+
+
+def _check_version(path: Path | str, version: str) -> None:
+    if version != FORMAT_VERSION:
+        msg = f"{path}: expected trace format version {FORMAT_VERSION}, got {version}"
+        raise TraceError(msg)
+
+
+@contextmanager
+def _blame(path: Path) -> Iterator[None]:
+    """Turn what broken bytes can raise into a `TraceError` that names the file."""
+    try:
+        yield
+    except TraceError as error:
+        msg = f"{path}: {error}"
+        raise TraceError(msg) from error
+    except _BROKEN as error:
+        msg = f"{path}: damaged: {error}"
+        raise TraceError(msg) from error
+
+
+def _unreadable(path: Path | str, error: OSError) -> TraceError:
+    return TraceError(f"{path}: cannot read the trace: {error.strerror or error}")
