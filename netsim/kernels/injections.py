@@ -1,0 +1,131 @@
+"""Partial injections: the ways in which some targets can share out a sensor's measurements.
+
+A partial injection of `k` targets into `q` measurements is a tuple `(u_1, ..., u_k)` with `u_r = 0` for a missed
+target, `u_r = a` for one that gave measurement `a - 1`, and no measurement used twice. Their canonical order is
+lexicographic. Which measurements one uses is a bit mask, bit `a - 1` for measurement `a - 1`.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import comb, factorial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from netsim.errors import ScenarioError
+from netsim.kernels.semiring import FloatArray, Semiring, reduce
+
+IntArray = NDArray[np.int64]
+
+STATE_LIMIT = 5_000_000
+"""Largest table a single vertex may build (entries); beyond it a problem is refused rather than left to fill memory."""
+
+
+def count_injections(targets: int, measurements: int) -> int:
+    """Number of partial injections: over the number used, choose targets, choose measurements, pair them."""
+    used = range(min(targets, measurements) + 1)
+    return sum(comb(targets, s) * comb(measurements, s) * factorial(s) for s in used)
+
+
+def left_over(measurements: int) -> IntArray:
+    """How many measurements each mask of used ones leaves over, shape (2^measurements,)."""
+    check_states(1 << measurements, f"the table of used measurements of a sensor with {measurements}")
+    masks = np.arange(1 << measurements)
+    return measurements - sum((masks >> bit & 1 for bit in range(measurements)), np.zeros_like(masks))
+
+
+def check_states(count: int, what: str) -> None:
+    """Refuse a table that is too large.
+
+    Raises:
+        ScenarioError: When `count` exceeds `STATE_LIMIT`.
+    """
+    if count > STATE_LIMIT:
+        text = f"{what} has {count} entries, more than the {STATE_LIMIT} supported: use fewer targets or sensors there"
+        raise ScenarioError(text)
+
+
+@dataclass(frozen=True, eq=False)
+class Injections:
+    """All partial injections of some targets into some measurements, with what the mask dynamic programme needs.
+
+    Attributes:
+        states: Shape (n, targets), canonical order; entry 0 is missed, a is measurement a - 1.
+        masks: Measurements used by each, shape (n,).
+        used: How many measurements each uses, shape (n,).
+        order: Permutation that sorts the states by mask, stable.
+        starts: Where each mask begins in that order, shape (m,).
+        unions: For every mask S of used measurements (rows) and each of the m masks T (columns), the mask of both, or
+            2^q where they overlap; shape (2^q, m).
+    """
+
+    states: IntArray
+    masks: IntArray
+    used: IntArray
+    order: IntArray
+    starts: IntArray
+    unions: IntArray
+
+    def by_mask(self, weights: FloatArray, semiring: Semiring) -> FloatArray:
+        """Combine log weights of the states that use the same measurements, shape (m,)."""
+        ordered = weights[self.order]
+        peak = np.maximum.reduceat(ordered, self.starts)
+        if semiring is Semiring.MAX:
+            return np.asarray(peak)
+        shift = np.where(np.isneginf(peak), 0.0, peak)
+        lengths = np.diff(np.append(self.starts, len(ordered)))
+        total = np.add.reduceat(np.exp(ordered - np.repeat(shift, lengths)), self.starts)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(total) + shift)
+
+    def absorb(self, table: FloatArray, weights: FloatArray, semiring: Semiring) -> FloatArray:
+        """Bring these targets into the dynamic programme.
+
+        Args:
+            table: Log weight of everything absorbed so far given that all others use the mask S, shape (2^q,).
+            weights: Log weight of each state, shape (n,).
+            semiring: How the states are combined.
+
+        Returns:
+            The same with these targets among the absorbed ones, shape (2^q,).
+        """
+        padded = np.append(table, -np.inf)
+        return reduce(semiring, padded[self.unions] + self.by_mask(weights, semiring), 1)
+
+    def after(self, table: FloatArray, used_mask: int) -> FloatArray:
+        """Value of a table once each state is added to a mask already used; -inf where they overlap. Shape (n,)."""
+        return np.where(self.masks & used_mask, -np.inf, table[self.masks | used_mask])
+
+
+def _states(targets: int, measurements: int) -> IntArray:
+    check_states(count_injections(targets, measurements), "the joint association of targets shared by two sensors")
+    states = np.zeros((1, 0), dtype=np.int64)
+    choices = np.arange(measurements + 1)
+    for _ in range(targets):
+        clash = (states[:, None, :] == choices[None, :, None]).any(axis=2) & (choices > 0)[None, :]
+        row, choice = np.nonzero(~clash)
+        states = np.column_stack([states[row], choice])
+    return states
+
+
+def _unions(masks: IntArray, measurements: int) -> IntArray:
+    check_states((1 << measurements) * len(masks), f"the table of used measurements of a sensor with {measurements}")
+    every = np.arange(1 << measurements)[:, None]
+    return np.where(every & masks, 1 << measurements, every | masks)
+
+
+@lru_cache(maxsize=256)
+def injections(targets: int, measurements: int) -> Injections:
+    """All partial injections of `targets` targets into `measurements` measurements (arrays are read-only).
+
+    Raises:
+        ScenarioError: When they are too many to hold.
+    """
+    states = _states(targets, measurements)
+    masks = np.where(states > 0, 1 << np.maximum(states - 1, 0), 0).sum(axis=1)
+    order = np.argsort(masks, kind="stable")
+    distinct, starts = np.unique(masks[order], return_index=True)
+    made = Injections(states, masks, (states > 0).sum(axis=1), order, starts, _unions(distinct, measurements))
+    for array in (made.states, made.masks, made.used, made.order, made.starts, made.unions):
+        array.setflags(write=False)
+    return made

@@ -1,0 +1,64 @@
+"""The two semirings of message passing, in the log domain, where a product is a sum and zero is minus infinity.
+
+With `MAX` the combination of states is the maximum (max-product), with `SUM` the log of the sum of exponentials
+(sum-product). Messages of both are normalised so that their exponentials sum to one (Chen et al. 2006, eqs 3 and 5).
+"""
+
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from netsim.errors import ScenarioError
+
+FloatArray = NDArray[np.float64]
+
+
+class Semiring(Enum):
+    """How the states that a message leaves out are combined."""
+
+    MAX = "max"
+    SUM = "sum"
+
+
+def reduce(semiring: Semiring, array: FloatArray, axis: int | tuple[int, ...] | None = None) -> FloatArray:
+    """Combine log weights along one or several axes: maximum or log-sum-exp.
+
+    Args:
+        semiring: Which combination.
+        array: Log weights; -inf is an impossible state. At least one entry along the axes.
+        axis: As in numpy; None combines everything, an empty tuple changes nothing.
+
+    Returns:
+        The array without those axes; -inf where every entry is -inf.
+    """
+    peak = np.max(array, axis=axis, keepdims=True)
+    if semiring is Semiring.MAX:
+        return np.asarray(np.max(peak, axis=axis))
+    shift = np.where(np.isneginf(peak), 0.0, peak)
+    total = np.sum(np.exp(array - shift), axis=axis)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(total) + np.max(shift, axis=axis))
+
+
+def log_normalise(message: FloatArray) -> FloatArray:
+    """Shift a log message so that its exponentials sum to one, for both semirings.
+
+    Args:
+        message: Log weights of any shape, -inf for impossible states.
+
+    Raises:
+        ScenarioError: When every entry is -inf: no state is possible, so that the model contradicts itself (or an
+            encoding on the way has rounded every possible state to zero). A uniform message would hide that.
+    """
+    peak = message.max()
+    if not peak > -np.inf:
+        text = "every state of a message is impossible: the factors of the model contradict one another"
+        raise ScenarioError(text)
+    shifted = message - peak
+    return np.asarray(shifted - np.log(np.exp(shifted).sum()))
+
+
+def uniform(size: int) -> FloatArray:
+    """The normalised message that says nothing: what messages start from."""
+    return np.full(size, -np.log(size))

@@ -1,0 +1,229 @@
+"""A sensor's association variable in the sensor-target hybrid model (Chen et al. 2006, sections 3.2.3 and 3.2.4).
+
+Its states assign the sensor's measurements to the targets it covers, too many to enumerate. But a message depends on
+the shared targets' part of the assignment alone, and the parts meet only in which measurements they use. So the targets
+fall into groups, one for each edge and for each exclusive target, and a dynamic programme over masks of used
+measurements combines the groups exactly, in either semiring.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from netsim.kernels.injections import Injections, IntArray
+from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, reduce, uniform
+from netsim.kernels.vertex import Incoming
+
+
+@dataclass(frozen=True, eq=False)
+class TargetGroup:
+    """Targets that a sensor shares with the same neighbour, or one that it alone covers.
+
+    Attributes:
+        targets: Their numbers, ascending: the order of the columns of `injections.states`.
+        neighbour: Vertex at the other end: a sensor, or the target's own vertex; None for an exclusive target.
+        injections: How these targets can share out the sensor's measurements.
+        local: Log node potential of each injection: detections, misses and, for an exclusive target, evidence.
+        edge: Log edge potential with another sensor, shape (injections here, injections there); None otherwise: towards
+            a target's vertex the injection itself is the message's index.
+        multiplicity: For each entry of the outgoing message, how many states of the receiver it stands for.
+    """
+
+    targets: tuple[int, ...]
+    neighbour: int | None
+    injections: Injections
+    local: FloatArray
+    edge: FloatArray | None
+    multiplicity: FloatArray
+
+
+class SensorVertex:
+    """The association variable of one sensor.
+
+    Messages from and to another sensor are indexed by the partial injections of the shared targets into the
+    *receiver's* measurements in canonical order (`netsim.kernels.injections`), messages from and to a target's vertex
+    by this sensor's measurement (0 for missed).
+
+    Args:
+        id: Its number in the model.
+        groups: Its targets, those with a neighbour in ascending order of neighbours first, then the exclusive ones.
+        unassigned: Log potential of the measurements left over as false alarms, per mask of used measurements.
+    """
+
+    def __init__(self, id: int, groups: Sequence[TargetGroup], unassigned: FloatArray) -> None:
+        self.id = id
+        self.neighbours = tuple(group.neighbour for group in groups if group.neighbour is not None)
+        self._edges = [group for group in groups if group.neighbour is not None]
+        self._exclusive = [group for group in groups if group.neighbour is None]
+        self._unassigned = unassigned
+        self._bases = {semiring: self._base(semiring) for semiring in Semiring}
+
+    @property
+    def targets(self) -> tuple[int, ...]:
+        """The targets it covers, ascending: the columns of `assignment_probabilities`."""
+        return tuple(sorted(target for group in self._groups for target in group.targets))
+
+    @property
+    def measurement_count(self) -> int:
+        """How many measurements the sensor has."""
+        return len(self._unassigned).bit_length() - 1
+
+    @property
+    def _groups(self) -> list[TargetGroup]:
+        return self._edges + self._exclusive
+
+    def _base(self, semiring: Semiring) -> FloatArray:
+        """Potential of exclusive targets and false alarms, per mask that the edges' targets use."""
+        table = self._unassigned
+        for group in self._exclusive:
+            table = group.injections.absorb(table, group.local, semiring)
+        return table
+
+    def _edge(self, neighbour: int) -> TargetGroup:
+        return self._edges[self.neighbours.index(neighbour)]
+
+    def incoming_size(self, neighbour: int) -> int:
+        """Injections of the shared targets into this sensor's measurements."""
+        return len(self._edge(neighbour).local)
+
+    def outgoing_size(self, neighbour: int) -> int:
+        """Injections into the other sensor's measurements, or this sensor's measurements and "missed"."""
+        return len(self._edge(neighbour).multiplicity)
+
+    def multiplicity(self, neighbour: int) -> FloatArray:
+        """How many associations of the receiver agree with each entry."""
+        return self._edge(neighbour).multiplicity
+
+    def outgoing(self, incoming: Incoming, semiring: Semiring) -> dict[int, FloatArray]:
+        """Eq (3) or (5) to every neighbour."""
+        weights = self._weights(self._edges, incoming)
+        tables = self._others(self._edges, weights, self._bases[semiring], semiring) if self._edges else ()
+        messages = {}
+        for group, table in zip(self._edges, tables, strict=True):
+            here = group.local + table[group.injections.masks]
+            if group.edge is not None:
+                here = reduce(semiring, group.edge + here[:, None], 0)
+            messages[group.neighbour] = log_normalise(here)
+        return messages  # type: ignore[return-value]  # every group among the edges has a neighbour
+
+    def _weights(self, groups: Sequence[TargetGroup], incoming: Incoming) -> list[FloatArray]:
+        """Log weight of each group's injections: node potential times message."""
+        return [
+            group.local + incoming[group.neighbour]
+            if group.neighbour is not None and group.neighbour in incoming
+            else group.local + (0.0 if group.neighbour is None else uniform(len(group.local)))
+            for group in groups
+        ]
+
+    def _others(
+        self, groups: Sequence[TargetGroup], weights: Sequence[FloatArray], table: FloatArray, semiring: Semiring
+    ) -> Iterable[FloatArray]:
+        """For each group in turn the table with all the others absorbed, halving the list to share the work."""
+        if len(groups) == 1:
+            yield table
+            return
+        half = len(groups) // 2
+        parts = [(groups[:half], weights[:half]), (groups[half:], weights[half:])]
+        for mine, others in (parts, parts[::-1]):
+            absorbed = table
+            for group, weight in zip(*others, strict=True):
+                absorbed = group.injections.absorb(absorbed, weight, semiring)
+            yield from self._others(*mine, absorbed, semiring)
+
+    def belief(self, incoming: Incoming, semiring: Semiring) -> FloatArray:
+        """Log of `assignment_probabilities`, row after row, normalised over all (0 entries become -inf)."""
+        with np.errstate(divide="ignore"):
+            table = np.log(self.assignment_probabilities(incoming, semiring).ravel())
+        return log_normalise(table) if table.size else table
+
+    def assignment_probabilities(self, incoming: Incoming, semiring: Semiring) -> FloatArray:
+        """Where each measurement came from: its (max-)marginal over the covered targets and "false alarm".
+
+        Returns:
+            Shape (measurements, targets + 1), rows sum to one; the columns are `targets`, the last a false alarm.
+        """
+        groups, count = self._groups, self.measurement_count
+        weights = self._weights(groups, incoming)
+        log_table = np.full((count, len(self.targets) + 1), -np.inf)
+        tables = self._others(groups, weights, self._unassigned, semiring) if groups else ()
+        for group, weight, table in zip(groups, weights, tables, strict=True):
+            total = weight + table[group.injections.masks]
+            for column, target in enumerate(group.targets):
+                chosen = group.injections.states[:, column]
+                for measurement in range(count):
+                    entry = reduce(semiring, np.append(total[chosen == measurement + 1], -np.inf))
+                    log_table[measurement, self.targets.index(target)] = entry
+        for measurement in range(count):
+            log_table[measurement, -1] = self._left_over(measurement, weights, semiring)
+        for row in log_table:
+            row[:] = np.exp(log_normalise(row))
+        return log_table
+
+    def _left_over(self, measurement: int, weights: Sequence[FloatArray], semiring: Semiring) -> float:
+        """Log weight of all states in which a measurement is a false alarm."""
+        masks = np.arange(len(self._unassigned))
+        table = np.where(masks >> measurement & 1, -np.inf, self._unassigned)
+        return float(self._chain(table, weights, semiring)[0][0])
+
+    def _chain(self, table: FloatArray, weights: Sequence[FloatArray], semiring: Semiring) -> list[FloatArray]:
+        """Tables of the dynamic programme: entry g has the groups from g on absorbed, the last none."""
+        tables = [table]
+        for group, weight in zip(reversed(self._groups), reversed(weights), strict=True):
+            tables.append(group.injections.absorb(tables[-1], weight, semiring))
+        return tables[::-1]
+
+    def decide(self, incoming: Incoming, semiring: Semiring = Semiring.MAX) -> IntArray:
+        """The sensor's decision about its measurements.
+
+        With `MAX` it is the best state of the sensor's max-marginal, found by walking the dynamic programme back. Equal
+        values are settled group by group, edges by ascending neighbour and then exclusive targets ascending, for the
+        first injection in canonical order. With `SUM` it is the consistent assignment with the most probably
+        right measurements in expectation: each target used at most once, false alarms as often as needed.
+
+        Returns:
+            Target number per measurement, -1 for a false alarm, shape (measurements,).
+
+        Raises:
+            ScenarioError: When no state is possible.
+        """
+        if semiring is Semiring.SUM:
+            return self._most_expected(self.assignment_probabilities(incoming, semiring))
+        groups, weights = self._groups, self._weights(self._groups, incoming)
+        tables = self._chain(self._unassigned, weights, semiring)
+        log_normalise(tables[0][:1])
+        decision, used = np.full(self.measurement_count, -1, dtype=np.int64), 0
+        for group, weight, table in zip(groups, weights, tables[1:], strict=True):
+            best = int(np.argmax(weight + group.injections.after(table, used)))
+            used |= int(group.injections.masks[best])
+            self._enter(decision, group, group.injections.states[best])
+        return decision
+
+    @staticmethod
+    def _enter(decision: IntArray, group: TargetGroup, state: IntArray) -> None:
+        for target, chosen in zip(group.targets, state, strict=True):
+            if chosen:
+                decision[chosen - 1] = target
+
+    def _most_expected(self, probabilities: FloatArray) -> IntArray:
+        count = self.measurement_count
+        gains = np.hstack([probabilities[:, :-1], np.repeat(probabilities[:, -1:], count, axis=1)])
+        rows, columns = linear_sum_assignment(gains, maximize=True)
+        names = np.append(np.array(self.targets, dtype=np.int64), np.full(count, -1))
+        decision = np.full(count, -1, dtype=np.int64)
+        decision[rows] = names[columns]
+        return decision
+
+    def decide_alone(self) -> IntArray:
+        """The node-independent estimate: the best state of the local potential alone, no message used.
+
+        Shared targets have no evidence in the local potential, so that their measurements tie.
+        """
+        return self.decide({}, Semiring.MAX)
+
+    def operations(self) -> int:
+        """Three operations for each entry of the mask tables absorbed and two for each of the edge potentials."""
+        depth = max(len(self._edges) - 1, 0).bit_length()
+        absorbed = sum(group.injections.unions.size + len(group.local) for group in self._edges)
+        return 3 * depth * absorbed + 2 * sum(group.edge.size for group in self._edges if group.edge is not None)

@@ -1,0 +1,265 @@
+"""Data association in an organised network (Chen et al. 2006, sections 3 and 6.1).
+
+Sensors with overlapping discs of detection measure positions; which target each measurement came from is to be
+inferred.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from netsim.errors import ScenarioError
+from netsim.kernels.association_model import (
+    AssociationInstance,
+    AssociationKnowledge,
+    SensorModel,
+)
+from netsim.kernels.injections import IntArray
+from netsim.kernels.semiring import FloatArray
+from netsim.parameters import NonNegativeInt, PointM, Positive, Probability, parameters
+from netsim.problems.problem import placement
+from netsim.rng import Streams
+from netsim.trace.events import Event, TruthOrigins, TruthTargets, VariablePlacement
+
+
+@parameters
+class UniformTargets:
+    """Targets drawn uniformly over the union of the sensors' discs of detection."""
+
+    type: Literal["uniform"] = "uniform"
+    """Kind of target placement."""
+    count: NonNegativeInt = 33
+    """How many targets."""
+
+
+@parameters
+class ListedTargets:
+    """Targets at given places."""
+
+    type: Literal["listed"] = "listed"
+    """Kind of target placement."""
+    positions_m: tuple[PointM, ...]
+    """Their positions, in metres."""
+
+
+@parameters
+class AssociationParameters:
+    """Data association: sensors of overlapping range decide which target each of their measurements came from."""
+
+    type: Literal["association"] = "association"
+    """Kind of problem."""
+    detection_radius_m: Positive = 5.0
+    """Range within which a sensor can detect targets."""
+    targets: UniformTargets | ListedTargets = UniformTargets()
+    """Where the targets are."""
+    prior_variance_m2: Positive = 5.0
+    """Variance of the predicted position density of each target (see `variance`)."""
+    prior_mean: Literal["truth", "drawn"] = "truth"
+    """Mean of that density: the true position, as the paper's text has it, or drawn around it, as a tracker's would be."""
+    measurement_variance_ratio: Positive = 0.2
+    """Variance of a position measurement over the squared detection radius (see `variance`)."""
+    variance: Literal["per_coordinate", "total"] = "per_coordinate"
+    """Whether both variances are those of each coordinate, or the total of the two coordinates (each then has half)."""
+    detection_probability: Probability = 0.8
+    """Chance that a sensor measures a target in its range."""
+    false_alarm_probability: Probability = 0.15
+    """Chance that a sensor has a false alarm, uniform over its disc; it never has two."""
+    false_alarms: Literal["strict", "geometric"] = "strict"
+    """What the model believes of false alarms: at most one a sensor, or any number k with weight P_F^k."""
+
+    @property
+    def _share(self) -> float:
+        return 0.5 if self.variance == "total" else 1.0
+
+    @property
+    def prior_variance_per_coordinate_m2(self) -> float:
+        """Variance of each coordinate of a target's prior."""
+        return self._share * self.prior_variance_m2
+
+    @property
+    def noise_variance_per_coordinate_m2(self) -> float:
+        """Variance of each coordinate of a measurement."""
+        return self._share * self.measurement_variance_ratio * self.detection_radius_m**2
+
+
+@dataclass(frozen=True, eq=False)
+class AssociationProblem:
+    """A data-association problem with its truth.
+
+    Attributes:
+        instance: What is known to all together, without the truth.
+        targets_m: True positions, shape (M, 2).
+        origins: For each sensor the target of each of its measurements, -1 for a false alarm.
+    """
+
+    instance: AssociationInstance
+    targets_m: FloatArray
+    origins: tuple[IntArray, ...]
+
+    @property
+    def kind(self) -> str:
+        """`association`."""
+        return "association"
+
+    def _sensor(self, node: int) -> int | None:
+        nodes = self.instance.sensor_nodes
+        return nodes.index(node) if node in nodes else None
+
+    def instance_json(self) -> str:
+        """The instance without its truth; read it with `AssociationInstance.from_json`."""
+        return self.instance.to_json()
+
+    def knowledge(self, node: int) -> AssociationKnowledge | None:
+        """What a node knows before it measures; None for a node without a sensor."""
+        sensor = self._sensor(node)
+        return None if sensor is None else self.instance.knowledge(sensor)
+
+    def observe(self, node: int) -> FloatArray:
+        """The position measurements of a node, in metres, shape (q, 2), in no telling order.
+
+        Raises:
+            ScenarioError: When the node has no sensor.
+        """
+        sensor = self._sensor(node)
+        if sensor is None:
+            text = f"node {node} has no sensor to observe with"
+            raise ScenarioError(text)
+        return self.instance.measurements_m[sensor].copy()
+
+    def truth_events(self) -> Sequence[Event]:
+        """True positions, and the origin of every measurement."""
+        x_m, y_m = self.targets_m.T.tolist()
+        events: list[Event] = [TruthTargets(list(range(len(x_m))), x_m, y_m)]
+        for node, points, origin in zip(
+            self.instance.sensor_nodes, self.instance.measurements_m, self.origins, strict=True
+        ):
+            events.append(TruthOrigins(node, points[:, 0].tolist(), points[:, 1].tolist(), origin.tolist()))
+        return events
+
+    def placement_event(self) -> VariablePlacement:
+        """Sensors' variables on their nodes, target vertices on one covering sensor each."""
+        nodes = self.instance.sensor_nodes
+        hosts = dict(enumerate(nodes))
+        names = {sensor: f"sensor {node}" for sensor, node in enumerate(nodes)}
+        edges: set[tuple[int, int]] = set()
+        for target, sensors in enumerate(self.instance.coverage):
+            vertex, host = self.instance.target_vertex_id(target), self.instance.hosts[target]
+            if vertex is not None and host is not None:
+                hosts[vertex], names[vertex] = host, f"target {target}"
+                edges.update((sensor, vertex) for sensor in sensors)
+            elif len(sensors) == 2:
+                edges.add((sensors[0], sensors[1]))
+        return placement(hosts, names, sorted(edges))
+
+
+def build(
+    parameters: AssociationParameters, sensor_positions_m: FloatArray, sensor_nodes: Sequence[int], streams: Streams
+) -> AssociationProblem:
+    """Draw a problem.
+
+    Targets come from the stream `world/targets`, drawn prior means from `world/priors`, a node's measurements from
+    `node/<id>/sensing`. Which targets a sensor covers is decided by their true positions: that the network has found it
+    out is what "organised" means. The vertex of a target covered by three or more sensors lives on the covering
+    sensor nearest its prior mean, of equals the one with the lowest node id.
+
+    Args:
+        parameters: What to draw.
+        sensor_positions_m: Positions of the nodes that have a sensor, shape (N, 2).
+        sensor_nodes: Their node ids, in the same order, each once.
+        streams: The run's random streams.
+
+    Raises:
+        ScenarioError: When targets are to be drawn over the discs of no sensor.
+    """
+    order = np.argsort(sensor_nodes)
+    nodes = tuple(int(sensor_nodes[index]) for index in order)
+    sensors_m = np.reshape(sensor_positions_m, (-1, 2)).astype(float)[order]
+    targets_m = _targets(parameters, sensors_m, streams)
+    distances_m = np.linalg.norm(targets_m[:, None, :] - sensors_m[None, :, :], axis=2)
+    within = distances_m <= parameters.detection_radius_m
+    means_m = _prior_means(parameters, targets_m, streams)
+    drawn = [_measure(parameters, sensors_m[s], targets_m, within[:, s], streams, node) for s, node in enumerate(nodes)]
+    covariance = parameters.prior_variance_per_coordinate_m2 * np.eye(2)
+    coverage = tuple(tuple(np.flatnonzero(row).tolist()) for row in within)
+    instance = AssociationInstance(
+        sensor_nodes=nodes,
+        measurements_m=tuple(points for points, _ in drawn),
+        means_m=means_m,
+        covariances_m2=np.tile(covariance, (len(targets_m), 1, 1)),
+        coverage=coverage,
+        hosts=tuple(
+            _nearest(mean_m, sensors_m, covering, nodes) for mean_m, covering in zip(means_m, coverage, strict=True)
+        ),
+        model=_sensor_model(parameters),
+    )
+    return AssociationProblem(instance, targets_m, tuple(origin for _, origin in drawn))
+
+
+def _sensor_model(parameters: AssociationParameters) -> SensorModel:
+    variance = parameters.noise_variance_per_coordinate_m2
+    return SensorModel(
+        noise_m2=((variance, 0.0), (0.0, variance)),
+        detection_probability=parameters.detection_probability,
+        false_alarm_probability=parameters.false_alarm_probability,
+        false_alarms=parameters.false_alarms,
+        detection_radius_m=parameters.detection_radius_m,
+    )
+
+
+def _targets(parameters: AssociationParameters, sensors_m: FloatArray, streams: Streams) -> FloatArray:
+    if isinstance(parameters.targets, ListedTargets):
+        return np.reshape(parameters.targets.positions_m, (-1, 2)).astype(float)
+    radius_m, count = parameters.detection_radius_m, parameters.targets.count
+    if not len(sensors_m) and count:
+        text = "targets cannot be drawn over the discs of the sensors: no node has a sensor"
+        raise ScenarioError(text)
+    rng = streams.generator("world/targets")
+    places: list[FloatArray] = []
+    while len(places) < count:
+        point = rng.uniform(sensors_m.min(axis=0) - radius_m, sensors_m.max(axis=0) + radius_m)
+        if np.linalg.norm(sensors_m - point, axis=1).min() <= radius_m:
+            places.append(point)
+    return np.reshape(places, (-1, 2)).astype(float)
+
+
+def _prior_means(parameters: AssociationParameters, targets_m: FloatArray, streams: Streams) -> FloatArray:
+    if parameters.prior_mean == "truth":
+        return targets_m.copy()
+    deviation_m = np.sqrt(parameters.prior_variance_per_coordinate_m2)
+    return np.asarray(targets_m + deviation_m * streams.generator("world/priors").standard_normal(targets_m.shape))
+
+
+def _measure(
+    parameters: AssociationParameters,
+    sensor_m: FloatArray,
+    targets_m: FloatArray,
+    covered: np.ndarray[tuple[int], np.dtype[np.bool_]],
+    streams: Streams,
+    node: int,
+) -> tuple[FloatArray, IntArray]:
+    """Measurements of one sensor and their origins, shuffled so that their order tells nothing.
+
+    Draws are made for detected and missed targets alike: one probability changed leaves all other draws in place.
+    """
+    rng = streams.generator(f"node/{node}/sensing")
+    chances, noise = rng.random(len(targets_m)), rng.standard_normal(targets_m.shape)
+    alarm, radius, angle = rng.random(3)
+    detected = np.flatnonzero(covered & (chances < parameters.detection_probability))
+    points = targets_m[detected] + np.sqrt(parameters.noise_variance_per_coordinate_m2) * noise[detected]
+    origins = detected.astype(np.int64)
+    if alarm < parameters.false_alarm_probability:
+        offset = np.array([np.cos(2.0 * np.pi * angle), np.sin(2.0 * np.pi * angle)])
+        points = np.vstack([points, sensor_m + parameters.detection_radius_m * np.sqrt(radius) * offset])
+        origins = np.append(origins, -1)
+    order = rng.permutation(len(origins))
+    return points[order], origins[order]
+
+
+def _nearest(mean_m: FloatArray, sensors_m: FloatArray, covering: Sequence[int], nodes: Sequence[int]) -> int | None:
+    """Host of a target's vertex: the nearest covering sensor, of equals the first; None when it needs no vertex."""
+    if len(covering) < 3:
+        return None
+    distances_m = np.linalg.norm(sensors_m[list(covering)] - mean_m, axis=1)
+    return nodes[covering[int(np.argmin(distances_m))]]
