@@ -214,6 +214,10 @@ class NodeHandle(Protocol):
         """This node's random stream for a purpose; the same object each time."""
         ...
 
+    def log(self, text: str) -> None:
+        """Write a line for people into the trace."""
+        ...
+
     def record(self, event: Event) -> None:
         """Put an event into the trace. It costs the node nothing and reaches no other node."""
         ...

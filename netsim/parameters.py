@@ -22,7 +22,7 @@ _T = TypeVar("_T")
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def parameters(cls: type[_T]) -> type[_T]:
-    """Make `cls` a frozen, keyword-only dataclass that the scenario schema accepts strictly (no unknown keys, no NaN)."""
+    """Make `cls` a frozen, keyword-only dataclass that the schema accepts strictly: no unknown keys, no NaN."""
     config: dict[str, Any] = {"extra": "forbid", "allow_inf_nan": False, "use_attribute_docstrings": True}
     made = dataclass(frozen=True, kw_only=True)(cls)
     made.__pydantic_config__ = config  # type: ignore[attr-defined]

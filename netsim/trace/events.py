@@ -1,8 +1,8 @@
 """The vocabulary of what can happen in a run: one frozen record a kind of event, each with its topic in the trace.
 
-Every event is recorded at the simulated instant it happened, so the log times of a trace never decrease. The wire types
-(`U32`, `F64Array`, ...) are what the trace writer lays out (`netsim.trace.cdr`); the units are in the names. Node ids are
-`uint32`, `BROADCAST` (2^32 - 1) stands for "all in range". The vocabulary is closed, but for `AlgorithmRecord`.
+Every event is recorded at the simulated instant it happened, so the log times of a trace never decrease. The wire
+types (`U32`, `F64Array`, ...) are what the trace writer lays out (`netsim.trace.cdr`); the units are in the names. Node
+ids are `uint32`, `BROADCAST` (2^32 - 1) stands for "all in range". The vocabulary is closed, but for `AlgorithmRecord`.
 """
 
 from collections.abc import Sequence
@@ -304,7 +304,7 @@ class Role:
 
 @dataclass(frozen=True, slots=True)
 class AlgorithmRecord:
-    """Whatever an algorithm wishes to note: the one open kind. `fields_json` is a JSON object with units in its keys."""
+    """Whatever an algorithm wishes to note: the one open kind. `fields_json` is a JSON object, units in its keys."""
 
     topic: ClassVar[str] = "/algorithm"
     node: U32

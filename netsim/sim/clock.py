@@ -1,0 +1,45 @@
+"""Simulated time: the one place where SimPy's event queue is used.
+
+Time is an integer number of nanoseconds. SimPy keeps integers as long as every delay is one.
+"""
+
+from collections.abc import Callable, Generator
+from typing import Any
+
+import simpy
+from simpy.events import Event as SimEvent
+
+Action = Callable[[Any], None]
+"""A callback; its one argument is to be ignored."""
+
+
+class Clock:
+    """The simulation's time and its queue of things to come.
+
+    Args:
+        environment: A SimPy environment that starts at an integer time; a new one at 0 by default.
+    """
+
+    def __init__(self, environment: simpy.Environment | None = None) -> None:
+        self.environment = environment or simpy.Environment(initial_time=0)
+
+    @property
+    def now_ns(self) -> int:
+        """Time since the start of the run."""
+        return self.environment.now  # type: ignore[return-value]
+
+    def call_after(self, delay_ns: int, action: Action) -> None:
+        """Call `action` in `delay_ns`. It cannot be cancelled: the action looks whether it is still wanted."""
+        self.environment.timeout(delay_ns).callbacks.append(action)
+
+    def timeout(self, delay_ns: int) -> SimEvent:
+        """An event that happens in `delay_ns`; for a process to wait on."""
+        return self.environment.timeout(delay_ns)
+
+    def event(self) -> SimEvent:
+        """An event that happens when somebody makes it succeed."""
+        return self.environment.event()
+
+    def process(self, generator: Generator[Any, Any, Any]) -> simpy.Process:
+        """Start a process."""
+        return self.environment.process(generator)

@@ -1,0 +1,62 @@
+"""The CPU and the sensor of a node: they take time and power, one job after the other."""
+
+from netsim.api import Op
+from netsim.models.devices import CpuDevice
+from netsim.sim.clock import Clock
+from netsim.sim.energy import Meter
+from netsim.units import NS_PER_S
+
+
+class Cpu:
+    """A processor that sleeps unless it computes. Jobs of one node wait for each other."""
+
+    def __init__(self, clock: Clock, device: CpuDevice, meter: Meter) -> None:
+        self._clock = clock
+        self._device = device
+        self._meter = meter
+        self._free_ns = 0
+        meter.draw(device.sleep_mw, "sleep")
+
+    def compute(self, operations: int) -> Op[None]:
+        """Wait for the CPU, then occupy it for this many operations."""
+        now_ns = self._clock.now_ns
+        start_ns = max(now_ns, self._free_ns)
+        duration_ns = -(-operations * NS_PER_S // int(self._device.operations_per_s))
+        self._free_ns = start_ns + duration_ns
+        if start_ns > now_ns:
+            yield self._clock.timeout(start_ns - now_ns)
+        self._meter.draw(self._device.active_mw, "active")
+        if duration_ns > 0:
+            yield self._clock.timeout(duration_ns)
+        if self._clock.now_ns >= self._free_ns:  # else the next job begins at once
+            self._meter.draw(self._device.sleep_mw, "sleep")
+
+    def stop(self) -> None:
+        """The node died."""
+        self._meter.draw(0.0, "dead")
+
+
+class SensorPort:
+    """The sensor's power switch: on for the time of a sample, off otherwise."""
+
+    def __init__(self, clock: Clock, power_mw: float, sample_ns: int, meter: Meter) -> None:
+        self._clock = clock
+        self._power_mw = power_mw
+        self._sample_ns = sample_ns
+        self._meter = meter
+        self._users = 0
+        meter.draw(0.0, "off")
+
+    def sample(self) -> Op[None]:
+        """Take the time and energy of one sample."""
+        self._users += 1
+        self._meter.draw(self._power_mw, "sample")
+        if self._sample_ns > 0:
+            yield self._clock.timeout(self._sample_ns)
+        self._users -= 1
+        if self._users == 0:
+            self._meter.draw(0.0, "off")
+
+    def stop(self) -> None:
+        """The node died."""
+        self._meter.draw(0.0, "dead")

@@ -1,0 +1,158 @@
+"""What an algorithm holds of its node: `netsim.api.NodeHandle` and not a name more."""
+
+from collections.abc import Callable, Collection, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from netsim.api import BROADCAST, Message, Neighbour, Observation, Op
+from netsim.errors import AlgorithmError
+from netsim.rng import Streams
+from netsim.sim.clock import Clock
+from netsim.sim.node import Node
+from netsim.sim.tasks import RunningTask, SentMessage
+from netsim.trace.events import Event, Log
+from netsim.trace.recorder import Recorder
+from netsim.units import NS_PER_S
+
+T = TypeVar("T")
+INFO = 2
+
+
+class Handle:
+    """See `netsim.api.NodeHandle`.
+
+    Args:
+        clock: Simulated time.
+        node: The node it stands for.
+        streams: Random streams of the run.
+        recorder: Where its events go.
+        known_ids: All node ids, to refuse messages to nobody.
+    """
+
+    def __init__(
+        self, clock: Clock, node: Node, streams: Streams, recorder: Recorder, known_ids: Collection[int]
+    ) -> None:
+        self._clock = clock
+        self._node = node
+        self._streams = streams
+        self._recorder = recorder
+        self._known_ids = known_ids
+        self._generators: dict[str, np.random.Generator] = {}
+
+    @property
+    def id(self) -> int:
+        """See `NodeHandle.id`."""
+        return self._node.identity.id
+
+    @property
+    def now_ns(self) -> int:
+        """See `NodeHandle.now_ns`."""
+        return self._clock.now_ns
+
+    @property
+    def knowledge(self) -> Any:
+        """See `NodeHandle.knowledge`."""
+        return self._node.identity.knowledge
+
+    @property
+    def position_m(self) -> tuple[float, float]:
+        """See `NodeHandle.position_m`."""
+        return self._node.identity.position_m
+
+    @property
+    def neighbours(self) -> Sequence[Neighbour]:
+        """See `NodeHandle.neighbours`."""
+        return self._node.identity.neighbours
+
+    @property
+    def energy_left_j(self) -> float:
+        """See `NodeHandle.energy_left_j`."""
+        return self._node.parts.battery.left_j
+
+    def send(
+        self, destination: int, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
+    ) -> SentMessage:
+        """See `NodeHandle.send`."""
+        if destination == self.id:
+            message = f"node {self.id} sent a {kind!r} message to itself: co-hosted variables need no air"
+            raise AlgorithmError(message)
+        if destination not in self._known_ids:
+            message = f"node {self.id} sent a {kind!r} message to node {destination}, which does not exist"
+            raise AlgorithmError(message)
+        return self._send(destination, kind, payload, causes)
+
+    def broadcast(self, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> SentMessage:
+        """See `NodeHandle.broadcast`."""
+        return self._send(BROADCAST, kind, payload, causes)
+
+    def receive(
+        self,
+        *,
+        kinds: Collection[str] | None = None,
+        match: Callable[[Message], bool] | None = None,
+        timeout_ns: int | None = None,
+    ) -> Op[Message | None]:
+        """See `NodeHandle.receive`."""
+        if isinstance(kinds, str):
+            message = f"receive(kinds={kinds!r}): kinds is a collection of names, such as {{{kinds!r}}}"
+            raise AlgorithmError(message)
+        return self._node.parts.inbox.receive(kinds, match, timeout_ns)
+
+    def pause(self, duration_ns: int) -> Op[None]:
+        """See `NodeHandle.pause`."""
+        yield self._clock.timeout(duration_ns)
+
+    def pause_until(self, time_ns: int) -> Op[None]:
+        """See `NodeHandle.pause_until`."""
+        if time_ns > self.now_ns:
+            yield self._clock.timeout(time_ns - self.now_ns)
+
+    def radio_sleep(self) -> None:
+        """See `NodeHandle.radio_sleep`."""
+        self._node.parts.mac.sleep()
+
+    def radio_wake(self) -> None:
+        """See `NodeHandle.radio_wake`."""
+        self._node.parts.mac.wake()
+
+    def sense(self) -> Op[Observation]:
+        """See `NodeHandle.sense`."""
+        if self._node.parts.sensor is None:
+            message = f"node {self.id} has no sensor to read: give its group one, or let another node sense"
+            raise AlgorithmError(message)
+        yield from self._node.parts.sensor.sample()
+        return Observation(self.now_ns, self._node.identity.observe())
+
+    def compute(self, operations: int) -> Op[None]:
+        """See `NodeHandle.compute`."""
+        return self._node.parts.cpu.compute(operations)
+
+    def spawn(self, op: Op[T]) -> RunningTask[T]:
+        """See `NodeHandle.spawn`."""
+        return self._node.spawn(op)
+
+    def rng(self, purpose: str) -> np.random.Generator:
+        """See `NodeHandle.rng`."""
+        if purpose not in self._generators:
+            self._generators[purpose] = self._streams.generator(f"node/{self.id}/algorithm/{purpose}")
+        return self._generators[purpose]
+
+    def record(self, event: Event) -> None:
+        """See `NodeHandle.record`."""
+        self._recorder.record(event)
+
+    def log(self, text: str) -> None:
+        """See `NodeHandle.log`."""
+        seconds, nanoseconds = divmod(self._clock.now_ns, NS_PER_S)
+        self._recorder.record(Log(seconds, nanoseconds, INFO, text, f"node {self.id}", "", 0))
+
+    def _send(self, destination: int, kind: str, payload: bytes, causes: Sequence[Message] | None) -> SentMessage:
+        if not isinstance(payload, bytes):
+            message = f"node {self.id}: the payload of a {kind!r} message is {type(payload).__name__}, not bytes"
+            raise AlgorithmError(message)
+        ids = self._node.fresh if causes is None else [message.id for message in causes]
+        ticket = SentMessage(self._clock)
+        ticket.message_id = self._node.parts.network.send(destination, kind, payload, list(ids), ticket.done)
+        self._node.fresh = []
+        return ticket

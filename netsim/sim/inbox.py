@@ -1,0 +1,72 @@
+"""The mailbox of a node: messages wait for whoever asks for them, askers wait for messages that fit.
+
+All receive time-outs live here. An asker whose time-out has passed is forgotten before the next message comes, so that
+no message is lost to somebody who no longer listens.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+from simpy.events import Event as SimEvent
+
+from netsim.api import Message, Op
+from netsim.sim.clock import Clock
+
+
+@dataclass(slots=True, eq=False)
+class Asker:
+    """Somebody waiting for a message."""
+
+    kinds: Collection[str] | None
+    match: Callable[[Message], bool] | None
+    event: SimEvent
+
+    def fits(self, message: Message) -> bool:
+        """Whether this is a message asked for."""
+        return (self.kinds is None or message.kind in self.kinds) and (self.match is None or self.match(message))
+
+
+class Inbox:
+    """See the module."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._messages: list[Message] = []
+        self._askers: list[Asker] = []
+
+    def deliver(self, message: Message) -> None:
+        """A message has arrived: give it to the asker who has waited longest and whom it fits, or keep it."""
+        for index, asker in enumerate(self._askers):
+            if asker.fits(message):
+                del self._askers[index]
+                asker.event.succeed(message)
+                return
+        self._messages.append(message)
+
+    def receive(
+        self,
+        kinds: Collection[str] | None,
+        match: Callable[[Message], bool] | None,
+        timeout_ns: int | None,
+    ) -> Op[Message | None]:
+        """See `NodeHandle.receive`. The oldest waiting message that fits comes first."""
+        asker = Asker(kinds, match, self._clock.event())
+        for index, message in enumerate(self._messages):
+            if asker.fits(message):
+                return self._messages.pop(index)
+        if timeout_ns is not None and timeout_ns <= 0:
+            return None
+        self._askers.append(asker)
+        if timeout_ns is not None:
+            self._clock.call_after(timeout_ns, lambda _: self._give_up(asker))
+        try:
+            received: Message | None = yield asker.event
+        finally:
+            if asker in self._askers:
+                self._askers.remove(asker)
+        return received
+
+    def _give_up(self, asker: Asker) -> None:
+        if asker in self._askers:
+            self._askers.remove(asker)
+            asker.event.succeed(None)

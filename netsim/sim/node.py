@@ -1,0 +1,188 @@
+"""One sensor node as the simulation sees it: its devices, its network stack, the life of its algorithm."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from netsim.api import Algorithm, Message, Neighbour, NodeHandle, Op
+from netsim.errors import AlgorithmError, InvariantError, NetsimError
+from netsim.sim.clock import Clock
+from netsim.sim.devices import Cpu, SensorPort
+from netsim.sim.energy import Account, Battery, Meter
+from netsim.sim.inbox import Inbox
+from netsim.sim.mac.link import Mac
+from netsim.sim.net.network import Network
+from netsim.sim.radio import Radio
+from netsim.sim.tasks import RunningTask
+from netsim.trace.events import NodeLife
+from netsim.trace.recorder import Recorder
+
+T = TypeVar("T")
+Observe = Callable[[], np.ndarray[Any, np.dtype[np.float64]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What distinguishes a node from the others.
+
+    Attributes:
+        id: Its number.
+        name: For people.
+        group: The scenario's group it belongs to.
+        role: `sensor` or `sink`.
+        position_m: Where it stands.
+        neighbours: Nodes in direct reach.
+        knowledge: What the problem lets it know at the start.
+        observe: Its view of the world through its sensor.
+    """
+
+    id: int
+    name: str
+    group: str
+    role: str
+    position_m: tuple[float, float]
+    neighbours: tuple[Neighbour, ...]
+    knowledge: Any
+    observe: Observe
+
+
+@dataclass(slots=True)
+class Parts:
+    """The devices and layers a node is made of."""
+
+    account: Account
+    battery: Battery
+    radio: Radio
+    cpu: Cpu
+    sensor: SensorPort | None
+    mac: Mac
+    network: Network
+    inbox: Inbox
+    meters: tuple[Meter, ...]
+
+    @property
+    def is_quiet(self) -> bool:
+        """Nothing left to send and no frame under way."""
+        return self.mac.pending == 0 and self.radio.state not in ("transmit", "switch")
+
+    def settle(self) -> None:
+        """Book what every device has drawn until now."""
+        for meter in self.meters:
+            meter.settle()
+
+    def stop(self) -> None:
+        """Every device off, at this nanosecond."""
+        self.mac.stop()
+        self.radio.die()
+        self.cpu.stop()
+        if self.sensor is not None:
+            self.sensor.stop()
+
+
+class Node:
+    """A sensor node.
+
+    Args:
+        clock: Simulated time.
+        identity: Who it is, where, and what it knows.
+        parts: Its devices and layers.
+        recorder: Where its events go.
+        on_end: Called once when its algorithm is over, for whatever reason.
+
+    Attributes:
+        fresh: Messages received since the last send: the causes of the next one.
+        failure: What the algorithm raised, if it did.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        identity: Identity,
+        parts: Parts,
+        recorder: Recorder,
+        on_end: Callable[["Node"], None],
+    ) -> None:
+        self._clock = clock
+        self.identity = identity
+        self.parts = parts
+        self._recorder = recorder
+        self._on_end = on_end
+        self._tasks: list[RunningTask[Any]] = []
+        self._main: RunningTask[None] | None = None
+        self.fresh: list[int] = []
+        self.failure: NetsimError | None = None
+
+    def start(self, algorithm: Algorithm, handle: NodeHandle) -> None:
+        """Power up and run the algorithm."""
+        self.parts.radio.start()
+        self._recorder.record(NodeLife(self.identity.id, "started", type(algorithm).__name__))
+        self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
+        self._clock.process(self._main.body())
+
+    def spawn(self, op: Op[T]) -> RunningTask[T]:
+        """Run an operation beside the algorithm."""
+        task = RunningTask(self._clock, self._guarded_beside(op))
+        self._tasks = [other for other in self._tasks if not other.finished]
+        self._tasks.append(task)
+        self._clock.process(task.body())
+        return task
+
+    def die(self) -> None:
+        """The battery is empty: every device off, every process of this node ended, at this very nanosecond."""
+        self._recorder.record(NodeLife(self.identity.id, "died", "battery empty"))
+        self.parts.stop()
+        self._end(None)
+
+    def deliver(self, message: Message) -> None:
+        """The network layer hands up a message."""
+        self.fresh.append(message.id)
+        self.parts.inbox.deliver(message)
+
+    def _guarded(self, algorithm: Algorithm, handle: NodeHandle) -> Op[None]:
+        """Run the algorithm; what it raises ends it on this node, is recorded, and is kept for the report."""
+        try:
+            yield from algorithm.run(handle)
+        except InvariantError:
+            raise  # a defect of the simulator, not of the algorithm
+        except Exception as error:  # the boundary to the user's code: whatever it raises is its failure
+            self._fail(error)
+        else:
+            self._recorder.record(NodeLife(self.identity.id, "finished", ""))
+        self._cancel_tasks()
+        self._on_end(self)
+
+    def _guarded_beside(self, op: Op[T]) -> Op[T]:
+        """Run a spawned operation; what it raises ends the whole algorithm on this node."""
+        try:
+            return (yield from op)
+        except InvariantError:
+            raise
+        except Exception as error:  # the boundary to the user's code, as above
+            self._fail(error)
+            self._clock.call_after(0, self._end)
+            yield self._clock.event()  # wait to be cancelled with the rest
+            raise
+
+    def _end(self, _: object) -> None:
+        main = self._main
+        self._cancel_tasks()
+        if main is not None and not main.finished:
+            main.cancel()
+            self._on_end(self)
+
+    def _fail(self, cause: Exception) -> None:
+        error = cause if isinstance(cause, NetsimError) else self._wrapped(cause)
+        self.failure = error
+        self._recorder.record(NodeLife(self.identity.id, "failed", str(error)))
+
+    def _wrapped(self, cause: Exception) -> AlgorithmError:
+        error = AlgorithmError(f"the algorithm of node {self.identity.id} raised {cause!r}")
+        error.__cause__ = cause
+        return error
+
+    def _cancel_tasks(self) -> None:
+        tasks, self._tasks = self._tasks, []
+        for task in tasks:
+            task.cancel()

@@ -1,0 +1,175 @@
+"""The radio as a state machine that announces its power draw: sleep, listen, receive, transmit, switch, dead."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from netsim.models.devices import RadioDevice
+from netsim.sim.clock import Clock
+from netsim.sim.energy import Meter
+from netsim.sim.frames import LinkFrame, Transmission
+from netsim.trace.events import RADIO_STATE_CODE, RadioState
+from netsim.trace.recorder import Recorder
+
+
+class Medium(Protocol):
+    """The shared air, as a radio sees it."""
+
+    def begin(self, radio: "Radio", frame: LinkFrame) -> Transmission:
+        """Put a frame on the air now; its end is the medium's to announce (`Radio.transmission_ended`)."""
+        ...
+
+    def abort(self, transmission: Transmission) -> None:
+        """The sender died half-way: nobody can decode the frame, and its signal is gone."""
+        ...
+
+    def stopped_listening(self, node: int, outcome: str) -> None:
+        """A node's receiver turned away from whatever it was locked on."""
+        ...
+
+
+class Radio:
+    """One node's transceiver.
+
+    Half duplex: it hears only in the states listen and receive. `listens_since_ns` tells whether it could hear a signal
+    from its first symbol, independent of the order in which simultaneous events are handled.
+
+    Args:
+        clock: Simulated time.
+        node: The node's id.
+        device: Power draws and timings.
+        tx_power_dbm: Output power.
+        meter: Where the draw is announced.
+        medium: The shared air.
+        recorder: For `RadioState` events.
+        all_states: Record every state change (detail `full`), not only sleep, wake and death.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        node: int,
+        device: RadioDevice,
+        tx_power_dbm: float,
+        meter: Meter,
+        medium: Medium,
+        recorder: Recorder,
+        all_states: bool = False,
+    ) -> None:
+        self._clock = clock
+        self.node = node
+        self.device = device
+        self.tx_power_dbm = tx_power_dbm
+        self._transmit_mw = device.transmit_power_mw(tx_power_dbm)
+        self._meter = meter
+        self._medium = medium
+        self._recorder = recorder
+        self._all_states = all_states
+        self.state = "off"
+        self.listens_since_ns: int | None = None
+        self._waking = False
+        self._transmission: Transmission | None = None
+        self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
+        self.on_receive: Callable[[LinkFrame], None] = lambda frame: None
+        self.on_transmitted: Callable[[LinkFrame], None] = lambda frame: None
+        self.on_awake: Callable[[], None] = lambda: None
+
+    @property
+    def is_listening(self) -> bool:
+        """Whether the receiver is on and not locked on a frame."""
+        return self.state == "listen" or (self.state == "switch" and self.could_hear_since(self._clock.now_ns))
+
+    @property
+    def is_awake(self) -> bool:
+        """Whether it is neither off, asleep, dead nor still starting up."""
+        return self.state not in ("off", "sleep", "dead") and not self._waking
+
+    @property
+    def can_transmit(self) -> bool:
+        """Whether a frame can be started: awake and neither transmitting nor about to."""
+        return self.state in ("listen", "receive") or self.is_listening
+
+    def could_hear_since(self, start_ns: int) -> bool:
+        """Whether a signal that began at `start_ns` met an open receiver."""
+        return self.listens_since_ns is not None and self.listens_since_ns <= start_ns
+
+    def start(self) -> None:
+        """Power up straight into listening, at the start of the run."""
+        self._listen()
+
+    def transmit(self, frame: LinkFrame) -> None:
+        """Switch to transmit (turnaround time), send the frame, switch back to listen."""
+        self._turn_away("half_duplex")
+        self._enter("switch", self.device.switching_mw, "switch", frame.kind)
+        self._later(self.device.turnaround_ns, lambda: self._transmit_now(frame))
+
+    def transmission_ended(self, transmission: Transmission) -> None:
+        """The medium tells that this radio's frame has left the air."""
+        self._transmission = None
+        self._enter("switch", self.device.switching_mw, "switch", transmission.frame.kind)
+        self.listens_since_ns = self._clock.now_ns + self.device.turnaround_ns
+        self._later(self.device.turnaround_ns, self._listen)
+        self.on_transmitted(transmission.frame)
+
+    def locked(self) -> None:
+        """The receiver synchronised on a preamble."""
+        self._enter("receive", self.device.receive_mw, "receive", "")
+
+    def reception_ended(self, label: str, kind: str) -> None:
+        """The frame it was locked on is over; `label` is what the ledger books the time under."""
+        self._meter.relabel(label, kind)
+        self._enter("listen", self.device.listen_mw, "listen")
+
+    def sleep(self) -> None:
+        """Turn the receiver off. Only from listen or receive; the MAC sees to that."""
+        self._turn_away("asleep")
+        self._enter("sleep", self.device.sleep_mw, "sleep")
+
+    def wake(self) -> None:
+        """Turn on again; it listens after the device's start-up time."""
+        if self.state == "sleep":
+            self._enter("switch", self.device.idle_mw, "wake")
+            self._waking = True
+            self.listens_since_ns = self._clock.now_ns + self.device.wake_ns
+            self._later(self.device.wake_ns, self._awake)
+
+    def die(self) -> None:
+        """The battery is empty: fall silent at once."""
+        transmission, self._transmission = self._transmission, None
+        self._turn_away("dead")
+        self._enter("dead", 0.0, "dead")
+        if transmission is not None:
+            self._medium.abort(transmission)
+
+    def _transmit_now(self, frame: LinkFrame) -> None:
+        label = "ack_transmit" if frame.is_ack else ("retransmit" if frame.attempt else "transmit")
+        self._enter("transmit", self._transmit_mw, label, frame.kind)
+        self._transmission = self._medium.begin(self, frame)
+
+    def _awake(self) -> None:
+        self._listen()
+        self.on_awake()
+
+    def _listen(self) -> None:
+        since_ns = self.listens_since_ns
+        self._enter("listen", self.device.listen_mw, "listen")
+        self.listens_since_ns = self._clock.now_ns if since_ns is None else since_ns
+
+    def _turn_away(self, outcome: str) -> None:
+        self.listens_since_ns = None
+        self._medium.stopped_listening(self.node, outcome)
+
+    def _later(self, delay_ns: int, action: Callable[[], None]) -> None:
+        era = self._era
+        self._clock.call_after(delay_ns, lambda _: action() if self._era == era else None)
+
+    def _enter(self, state: str, power_mw: float, label: str, kind: str = "") -> None:
+        was = self.state
+        self.state = state
+        self._era += 1
+        self._waking = False
+        self._meter.draw(power_mw, label, kind)
+        if self._notable(was, state) and self._recorder.wants(RadioState):
+            self._recorder.record(RadioState(self.node, RADIO_STATE_CODE[state]))
+
+    def _notable(self, was: str, state: str) -> bool:
+        return self._all_states or state in ("sleep", "dead") or "sleep" in (was, state)

@@ -1,0 +1,136 @@
+"""A run: nodes, the clock, and what ends it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import simpy
+
+from netsim.api import Algorithm, NodeHandle
+from netsim.sim.clock import Clock
+from netsim.sim.node import Node
+from netsim.trace.events import Event, NodeEnergy
+from netsim.trace.recorder import Recorder
+
+STEPS_BETWEEN_LOOKS = 1024
+Progress = Callable[[int], None]
+"""Called now and then with the simulated time in nanoseconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A node and what it runs."""
+
+    node: Node
+    handle: NodeHandle
+    algorithm: Algorithm
+
+
+class Simulation:
+    """One run. Two of them in one process share nothing.
+
+    It ends when every algorithm has ended and the air is quiet, or at the horizon, whichever comes first.
+
+    Args:
+        clock: Simulated time.
+        recorder: Where events go.
+        horizon_ns: The latest end.
+        opening: Events that describe the run, recorded at time 0.
+        energy_interval_ns: How often the nodes' energy is sampled, where somebody observes it.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        recorder: Recorder,
+        horizon_ns: int,
+        opening: Sequence[Event],
+        energy_interval_ns: int,
+    ) -> None:
+        self._clock = clock
+        self._recorder = recorder
+        self.horizon_ns = horizon_ns
+        self._opening = opening
+        self._energy_interval_ns = energy_interval_ns
+        self._members: dict[int, Member] = {}
+        self._active = 0
+
+    @property
+    def nodes(self) -> Mapping[int, Node]:
+        """The nodes by id."""
+        return {node_id: member.node for node_id, member in self._members.items()}
+
+    @property
+    def now_ns(self) -> int:
+        """How far the run has come."""
+        return self._clock.now_ns
+
+    def add(self, member: Member) -> None:
+        """Let a node take part."""
+        self._members[member.node.identity.id] = member
+
+    def node_ended(self, node: Node) -> None:
+        """A node's algorithm is over."""
+        self._active -= 1
+
+    def run(self, progress: Progress | None = None) -> None:
+        """Run to the end.
+
+        Raises:
+            InvariantError: If the simulation breaks one of its laws, such as the closure of energy.
+            KeyboardInterrupt: As it comes; call `conclude` to close the books of the part that was run.
+        """
+        self._active = len(self._members)
+        for event in self._opening:
+            self._recorder.record(event)
+        if self._recorder.wants(NodeEnergy):
+            self._sample_energy(None)
+        for member in self._members.values():
+            member.node.start(member.algorithm, member.handle)
+        self._loop(progress or (lambda now_ns: None))
+
+    def conclude(self) -> None:
+        """Close every node's energy account at the present instant and check that it balances."""
+        for node_id, member in self._members.items():
+            parts = member.node.parts
+            parts.settle()
+            parts.battery.check_closure(parts.account, node_id)
+        if self._recorder.wants(NodeEnergy):
+            self._record_energy()
+
+    def _loop(self, progress: Progress) -> None:
+        environment = self._clock.environment
+        countdown = STEPS_BETWEEN_LOOKS
+        while not self._is_over():
+            if environment.peek() >= self.horizon_ns:
+                environment.run(until=self.horizon_ns)
+                break
+            environment.step()
+            countdown -= 1
+            if countdown == 0:
+                countdown = STEPS_BETWEEN_LOOKS
+                progress(self._clock.now_ns)
+        progress(self._clock.now_ns)
+
+    def _is_over(self) -> bool:
+        if self._active > 0:
+            return False
+        return all(member.node.parts.is_quiet for member in self._members.values())
+
+    def _sample_energy(self, _: object) -> None:
+        self._record_energy()
+        self._clock.call_after(self._energy_interval_ns, self._sample_energy)
+
+    def _record_energy(self) -> None:
+        batteries = [member.node.parts.battery for member in self._members.values()]
+        self._recorder.record(
+            NodeEnergy(
+                node=list(self._members),
+                consumed_j=[battery.used_j for battery in batteries],
+                left_j=[battery.left_j for battery in batteries],
+            )
+        )
+
+
+def new_clock() -> Clock:
+    """A clock at time 0."""
+    return Clock(simpy.Environment(initial_time=0))

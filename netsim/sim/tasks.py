@@ -1,0 +1,87 @@
+"""What an algorithm waits for: operations that run beside it, and the fate of what it sent."""
+
+from collections.abc import Generator
+from typing import Any, Generic, TypeVar
+
+from simpy.events import Event as SimEvent
+
+from netsim.api import Delivery, Op
+from netsim.sim.clock import Clock
+
+T = TypeVar("T")
+
+
+class Waiting(Generic[T]):
+    """A value that is not known yet, and those who wait for it."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._waiters: list[SimEvent] = []
+        self.known = False
+        self._value: T | None = None
+
+    def set(self, value: T | None) -> None:
+        """Make the value known and wake who waits for it. Only the first value counts."""
+        if self.known:
+            return
+        self.known = True
+        self._value = value
+        waiters, self._waiters = self._waiters, []
+        for event in waiters:
+            event.succeed()
+
+    def get(self) -> Op[Any]:
+        """Wait for the value; `set(None)` (something cancelled) yields None."""
+        if not self.known:
+            event = self._clock.event()
+            self._waiters.append(event)
+            yield event
+        return self._value
+
+
+class RunningTask(Generic[T]):
+    """See `netsim.api.Task`; a cancelled task's result is None."""
+
+    def __init__(self, clock: Clock, op: Op[T]) -> None:
+        self._op = op
+        self._result: Waiting[T] = Waiting(clock)
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has ended or was cancelled."""
+        return self._result.known
+
+    def body(self) -> Generator[Any, Any, None]:
+        """The SimPy process: the operation, then whoever waits for it."""
+        result = yield from self._op
+        self._result.set(result)
+
+    def join(self) -> Op[T]:
+        """See `Task.join`."""
+        return self._result.get()
+
+    def cancel(self) -> None:
+        """See `Task.cancel`."""
+        if not self.finished:
+            self._op.close()
+            self._result.set(None)
+
+
+class SentMessage:
+    """See `netsim.api.Ticket`.
+
+    Attributes:
+        message_id: Number of the message in the trace.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._delivery: Waiting[Delivery] = Waiting(clock)
+        self.message_id = 0
+
+    def done(self, delivery: Delivery) -> None:
+        """The link layer has finished with the message."""
+        self._delivery.set(delivery)
+
+    def wait(self) -> Op[Delivery]:
+        """See `Ticket.wait`."""
+        return self._delivery.get()
