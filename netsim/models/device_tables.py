@@ -8,29 +8,59 @@ value is written `{value: 18.8, source: "data sheet, page 9"}`; one recalled or 
 from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, Literal
 
 from annotated_types import MinLen
 
 from netsim.errors import ScenarioError
 from netsim.models.devices import MAINS, BatteryDevice, CpuDevice, RadioDevice
 from netsim.models.record_files import read_record
-from netsim.parameters import Name, NonNegative, NonNegativeInt, Positive, PositiveInt, parameters
+from netsim.parameters import Name, NonNegative, Positive, PositiveInt, parameters
 from netsim.units import NS_PER_US
 
 Kind = Literal["radios", "cpus", "batteries"]
-Value = TypeVar("Value")
 
 
 @parameters
-class Sourced(Generic[Value]):
-    """A value with its source."""
+class _Sourced:
+    """What every value carries."""
 
-    value: Value
     source: Name
     """Where it was read: document and place; or why it was chosen."""
     unverified: bool = False
     """It was recalled or chosen, not read in the source."""
+
+
+@parameters
+class Number(_Sourced):
+    """A number with its source."""
+
+    value: float
+    """The number, in the unit that the key names."""
+
+
+@parameters
+class NonNegativeNumber(_Sourced):
+    """A number of at least 0 with its source."""
+
+    value: NonNegative
+    """The number, in the unit that the key names."""
+
+
+@parameters
+class PositiveNumber(_Sourced):
+    """A number above 0 with its source."""
+
+    value: Positive
+    """The number, in the unit that the key names."""
+
+
+@parameters
+class PositiveCount(_Sourced):
+    """A whole number above 0 with its source."""
+
+    value: PositiveInt
+    """The number, in the unit that the key names."""
 
 
 @parameters
@@ -39,39 +69,39 @@ class RadioTable:
 
     name: Name
     """The chip."""
-    supply_v: Sourced[Positive]
+    supply_v: PositiveNumber
     """Supply voltage."""
-    bitrate_bps: Sourced[PositiveInt]
+    bitrate_bps: PositiveCount
     """Data rate on the air."""
-    off_ma: Sourced[NonNegative]
+    off_ma: NonNegativeNumber
     """Everything off."""
-    sleep_ma: Sourced[NonNegative]
+    sleep_ma: NonNegativeNumber
     """Power-down, from which it wakes in `wake_us`."""
-    idle_ma: Sourced[NonNegative]
+    idle_ma: NonNegativeNumber
     """Oscillator on, receiver and transmitter off."""
-    listen_ma: Sourced[NonNegative]
+    listen_ma: NonNegativeNumber
     """Receiver on, waiting for a frame: what receiving draws."""
-    receive_ma: Sourced[NonNegative]
+    receive_ma: NonNegativeNumber
     """A frame comes in."""
-    transmit_ma: Annotated[dict[float, Sourced[NonNegative]], MinLen(1)]
+    transmit_ma: Annotated[dict[float, NonNegativeNumber], MinLen(1)]
     """By output power in dBm."""
-    switching_ma: Sourced[NonNegative]
+    switching_ma: NonNegativeNumber
     """During turnaround and wake-up."""
-    turnaround_us: Sourced[NonNegative]
+    turnaround_us: NonNegativeNumber
     """From receiving to transmitting, or back."""
-    wake_us: Sourced[NonNegative]
+    wake_us: NonNegativeNumber
     """From power-down to listening."""
-    sensitivity_dbm: Sourced[float]
+    sensitivity_dbm: Number
     """Weakest signal the data sheet vouches for."""
-    cca_threshold_dbm: Sourced[float]
+    cca_threshold_dbm: Number
     """Received power from which the channel counts as busy."""
-    phy_header_byte: Sourced[NonNegativeInt]
+    phy_header_byte: PositiveCount
     """What precedes the PSDU on the air."""
-    max_psdu_byte: Sourced[PositiveInt]
+    max_psdu_byte: PositiveCount
     """Longest physical-layer payload."""
-    symbol_us: Sourced[Positive]
+    symbol_us: PositiveNumber
     """Duration of a symbol."""
-    preamble_lock_sinr_db: Sourced[float]
+    preamble_lock_sinr_db: Number
     """Lowest SINR at which a preamble is caught."""
 
     def device(self) -> RadioDevice:
@@ -105,13 +135,13 @@ class CpuTable:
 
     name: Name
     """The processor and its clock."""
-    supply_v: Sourced[Positive]
+    supply_v: PositiveNumber
     """Supply voltage."""
-    active_ma: Sourced[NonNegative]
+    active_ma: NonNegativeNumber
     """It computes."""
-    sleep_ma: Sourced[NonNegative]
+    sleep_ma: NonNegativeNumber
     """It waits."""
-    operations_per_s: Sourced[Positive]
+    operations_per_s: PositiveNumber
     """Elementary floating-point operations a second; say in the source which precision."""
 
     def device(self) -> CpuDevice:
@@ -131,7 +161,7 @@ class BatteryTable:
 
     name: Name
     """The battery."""
-    energy_j: Sourced[Positive]
+    energy_j: PositiveNumber
     """Usable energy when full."""
 
     def device(self) -> BatteryDevice:
