@@ -1,0 +1,31 @@
+"""From files to parameter records: YAML with line numbers, `extends`, overrides, and every error at once.
+
+    document = read_document("scenario.yaml", overrides=["medium.exponent=3.5"])
+    scenario = validate(document, Scenario)
+
+Records are declared with `netsim.parameters.parameters`; nothing here knows a concrete one.
+"""
+
+from netsim.reading.checks import Resolver, Resolvers, Unknown, check_document, findings, validate
+from netsim.reading.document import Document, Node, Path, path_text
+from netsim.reading.files import read_document, read_record
+from netsim.reading.overlays import apply_override, overlay
+from netsim.reading.parse import parse
+
+__all__ = [
+    "Document",
+    "Node",
+    "Path",
+    "Resolver",
+    "Resolvers",
+    "Unknown",
+    "apply_override",
+    "check_document",
+    "findings",
+    "overlay",
+    "parse",
+    "path_text",
+    "read_document",
+    "read_record",
+    "validate",
+]

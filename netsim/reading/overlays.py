@@ -1,0 +1,98 @@
+"""Laying documents over each other: files over the files they extend, assignments over files."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from netsim.errors import Finding, ScenarioError
+from netsim.reading.document import OVERRIDE, Document, Node, OverrideFinding, Path, path_text
+from netsim.reading.parse import parse
+from netsim.reading.scalars import show
+from netsim.reading.shapes import TAG
+
+_ASSIGNED = re.compile(r"[^.\[\]]+(\.[^.\[\]]+|\[\d+\])*")
+
+
+def overlay(base: Node, over: Node) -> Node:
+    """One tree laid over another; every value keeps the position it was written at.
+
+    Mappings are merged key by key, in the base's order with new keys behind. Everything else is replaced, and so is a
+    mapping whose `type` differs: its other keys would mean something else.
+    """
+    if not isinstance(base.value, dict) or not isinstance(over.value, dict) or type_differs(base, over):
+        return over
+    merged = dict(base.value)
+    for key, node in over.value.items():
+        merged[key] = overlay(merged[key], node) if key in merged else node
+    return replace(over, value=merged)
+
+
+def type_differs(base: Node, over: Node) -> bool:
+    """Whether the upper mapping names a `type` that the lower one does not."""
+    old, new = base.child(TAG), over.child(TAG)
+    return new is not None and (old is None or Document(old).plain() != Document(new).plain())
+
+
+def apply_override(document: Document, override: str) -> Document:
+    """A document with one value set from the command line.
+
+    The value is YAML (`3.5`, `[1, 2]`, `{type: disk, radius_m: 10}`) and replaces what was there. Setting a `type` to
+    another one drops the keys that came from files beside it. Parts of the path that do not exist are made; validation
+    finds them if they are misspelt.
+
+    Args:
+        document: The document; it is not changed.
+        override: `path=value` with dotted keys and list indices: `nodes[0].count=9` or `nodes.0.count=9`.
+
+    Raises:
+        ScenarioError: If the text is no assignment, its value no YAML, or an index outside its list.
+    """
+    target, equals, text = (part.strip() for part in override.partition("="))
+    if not equals or not _ASSIGNED.fullmatch(target):
+        remedy = "write it like `medium.exponent=3.5` or `nodes[0].count=9`"
+        raise ScenarioError([OverrideFinding(OVERRIDE, 0, "", "path=value", show(override), remedy)])
+    try:
+        parsed = parse(text, OVERRIDE)
+    except ScenarioError as error:
+        raise ScenarioError(_about(target, error.findings)) from error
+    keys = tuple(re.findall(r"[^.\[\]]+", target))
+    root = _with_value(document.root, keys, _from_command_line(parsed.root), ())
+    return Document(root, document.problems + _about(target, parsed.problems))
+
+
+def _about(target: str, found: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    return tuple(OverrideFinding(OVERRIDE, 0, target, item.expected, item.got, item.remedy) for item in found)
+
+
+def _from_command_line(node: Node) -> Node:
+    if isinstance(node.value, dict):
+        return Node({key: _from_command_line(child) for key, child in node.value.items()}, OVERRIDE, 0)
+    if isinstance(node.value, list):
+        return Node([_from_command_line(child) for child in node.value], OVERRIDE, 0)
+    return Node(node.value, OVERRIDE, 0)
+
+
+def _with_value(node: Node, keys: tuple[str, ...], value: Node, path: Path) -> Node:
+    if not keys:
+        return value
+    first, rest = keys[0], keys[1:]
+    if isinstance(node.value, list):
+        index = _index(node.value, first, path)
+        items = list(node.value)
+        items[index] = _with_value(items[index], rest, value, (*path, index))
+        return replace(node, value=items)
+    known: dict[Any, Node] = node.value if isinstance(node.value, dict) else {}
+    kept = known
+    if keys == (TAG,) and type_differs(node, Node({TAG: value}, OVERRIDE, 0)):
+        kept = {key: child for key, child in known.items() if child.file == OVERRIDE}
+    inner = _with_value(kept.get(first, Node({}, OVERRIDE, 0)), rest, value, (*path, first))
+    merged = {**kept, first: inner}
+    return replace(node, value=merged) if isinstance(node.value, dict) else Node(merged, OVERRIDE, 0)
+
+
+def _index(items: list[Node], key: str, path: Path) -> int:
+    if re.fullmatch(r"[0-9]{1,9}", key) and int(key) < len(items):
+        return int(key)
+    expected = f"an index from 0 to {len(items) - 1}" if items else "no index: the list is empty"
+    remedy = "count the items of the list from 0"
+    raise ScenarioError([OverrideFinding(OVERRIDE, 0, path_text(path), expected, show(key), remedy)])
