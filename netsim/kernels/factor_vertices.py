@@ -32,7 +32,7 @@ class VariableVertex:
 
     def outgoing(self, incoming: Incoming, semiring: Semiring) -> dict[int, FloatArray]:
         """To each factor the product of the messages of the others."""
-        sums = leave_one_out_sums(gather(self, incoming), np.zeros(self._states)) if self.neighbours else []
+        sums = leave_one_out_sums(gather(self, incoming), np.zeros(self._states))
         return {neighbour: log_normalise(total) for neighbour, total in zip(self.neighbours, sums, strict=True)}
 
     def belief(self, incoming: Incoming, semiring: Semiring) -> FloatArray:

@@ -64,11 +64,11 @@ def gather(vertex: Vertex, incoming: Incoming) -> list[FloatArray]:
 def leave_one_out_sums(rows: Sequence[FloatArray], start: FloatArray) -> list[FloatArray]:
     """For each row the sum of `start` and all other rows, without subtracting (-inf minus -inf has no value)."""
     before = [start]
-    for row in rows[:-1]:
+    for row in rows:
         before.append(before[-1] + row)
     after = np.zeros_like(start)
     sums = []
-    for prefix, row in zip(reversed(before), reversed(rows), strict=True):
+    for prefix, row in zip(reversed(before[:-1]), reversed(rows), strict=True):
         sums.append(prefix + after)
         after = after + row
     return sums[::-1]

@@ -57,7 +57,7 @@ class AssociationParameters:
     prior_variance_m2: Positive = 5.0
     """Variance of the predicted position density of each target (see `variance`)."""
     prior_mean: Literal["truth", "drawn"] = "truth"
-    """Mean of that density: the true position, as the paper's text has it, or drawn around it, as a tracker's would be."""
+    """Mean of that density: the true position, as in the paper's text, or drawn around it, as a tracker's would be."""
     measurement_variance_ratio: Positive = 0.2
     """Variance of a position measurement over the squared detection radius (see `variance`)."""
     variance: Literal["per_coordinate", "total"] = "per_coordinate"
