@@ -8,24 +8,34 @@ Records are declared with `netsim.parameters.parameters`; nothing here knows a c
 
 from netsim.reading.checks import Resolver, Resolvers, Unknown, check_document, findings, validate
 from netsim.reading.document import Document, Node, Path, path_text
+from netsim.reading.dump import Namers, dump_yaml, to_plain
 from netsim.reading.files import read_document, read_record
 from netsim.reading.overlays import apply_override, overlay
 from netsim.reading.parse import parse
+from netsim.reading.reference import FieldRow, field_reference
+from netsim.reading.schema import OpenTypes, json_schema
 
 __all__ = [
     "Document",
+    "FieldRow",
+    "Namers",
     "Node",
+    "OpenTypes",
     "Path",
     "Resolver",
     "Resolvers",
     "Unknown",
     "apply_override",
     "check_document",
+    "dump_yaml",
+    "field_reference",
     "findings",
+    "json_schema",
     "overlay",
     "parse",
     "path_text",
     "read_document",
     "read_record",
+    "to_plain",
     "validate",
 ]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from netsim.errors import Finding, ScenarioError
 from netsim.reading.describe import expected, field_words, missing_words
-from netsim.reading.document import Document, Node, Path, finding_at, plain
+from netsim.reading.document import Document, Node, Path, finding_at, matches, plain
 from netsim.reading.leaves import check, one_of
 from netsim.reading.quantities import Unit, split_key
 from netsim.reading.remedies import nearest, texts_allowed, unknown_key, wrong_value
@@ -71,7 +71,7 @@ class _Checker:
 
     def value(self, node: Node, path: Path, hint: Any, unit: Unit | None = None) -> Any:
         shape = shape_of(hint)
-        resolver = next((r for pattern, r in self.resolvers.items() if _matches(pattern, path)), None)
+        resolver = next((r for pattern, r in self.resolvers.items() if matches(pattern, path)), None)
         if resolver is not None and not (node.value is None and shape.nullable):
             return self._open_record(node, path, resolver)
         if shape.anything:
@@ -193,10 +193,6 @@ class _Checker:
         except (ValueError, ArithmeticError) as error:
             wrong = str(error)
         return self._note(node, path, wrong, show(plain(node)))
-
-
-def _matches(pattern: Path, path: Path) -> bool:
-    return len(pattern) == len(path) and all(want in ("*", key) for want, key in zip(pattern, path, strict=True))
 
 
 def _children(node: Node) -> dict[Any, Node]:

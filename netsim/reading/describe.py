@@ -2,10 +2,9 @@
 
 from typing import Any
 
-from annotated_types import Len, MaxLen, MinLen
-
 from netsim.reading.document import Path, path_text
 from netsim.reading.leaves import one_of, words
+from netsim.reading.limits import limit_words
 from netsim.reading.quantities import Unit, split_key
 from netsim.reading.shapes import (
     TAG,
@@ -36,7 +35,8 @@ def expected(hint: Any, unit: Unit | None = None) -> str:
         return _mapping_words(hint)
     shape = hint if isinstance(hint, Shape) else shape_of(hint)
     parts = [] if shape.scalar is None else [words(shape.scalar, unit)]
-    limits = _limits(shape.checks)
+    limits = limit_words(shape.checks)
+    limits = f" ({limits} of them)" if limits else ""
     parts += [expected(part, unit) + limits for part in (shape.sequence, shape.mapping) if part is not None]
     parts += ["null"] if shape.nullable else []
     return " or ".join(parts)
@@ -63,26 +63,6 @@ def key_list(names: Any) -> str:
     """The first few of many names."""
     listed = list(names)
     return ", ".join(listed[:_MAX_KEYS]) + (", ..." if len(listed) > _MAX_KEYS else "")
-
-
-def _limits(checks: tuple[Any, ...]) -> str:
-    low, high = length_limits(checks)
-    if not low and high is None:
-        return ""
-    limits = ([f"at least {low}"] if low else []) + ([f"at most {high}"] if high is not None else [])
-    return f" ({' and '.join(limits)} of them)"
-
-
-def length_limits(checks: tuple[Any, ...]) -> tuple[int, int | None]:
-    """The least and greatest length that constraints allow."""
-    low, high = 0, None
-    flat = [part for check in checks for part in getattr(check, "metadata", [check])]
-    for limit in flat:
-        if isinstance(limit, MinLen | Len):
-            low = max(low, limit.min_length)
-        if isinstance(limit, MaxLen | Len) and limit.max_length is not None:
-            high = limit.max_length if high is None else min(high, limit.max_length)
-    return low, high
 
 
 def field_words(field: Field) -> str:

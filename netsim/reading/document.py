@@ -99,6 +99,11 @@ def finding_at(file: str, line: int, path: Path, expected: str, got: str, remedy
     return kind(file, line, path_text(path), expected, got, remedy)
 
 
+def matches(pattern: Path, path: Path) -> bool:
+    """Whether a path fits a pattern in which `"*"` stands for any key or index."""
+    return len(pattern) == len(path) and all(want in ("*", key) for want, key in zip(pattern, path, strict=True))
+
+
 def path_text(path: Path) -> str:
     """A path as text: `nodes[0].radio.channel`; keys that are no plain words are quoted in brackets."""
     return "".join(_path_parts(path)).removeprefix(".")

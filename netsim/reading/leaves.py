@@ -87,10 +87,14 @@ def one_of(names: Any) -> str:
 
 def _number_words(schema: Mapping[str, Any], unit: Unit | None) -> str:
     noun = "a number" if schema["type"] == "number" else "a whole number"
-    bounds = [f"{sign} {schema[key]:g}" for key, sign in _BOUNDS.items() if key in schema]
-    if "multipleOf" in schema:
-        bounds.append(f"in multiples of {schema['multipleOf']:g}")
-    return " ".join([noun, " and ".join(bounds)] if bounds else [noun]) + (f" ({unit.name})" if unit else "")
+    return f"{noun} {bounds(schema)}".rstrip() + (f" ({unit.name})" if unit else "")
+
+
+def bounds(schema: Mapping[str, Any]) -> str:
+    """The range of a number in words, such as `>= 0 and <= 1`; empty without limits."""
+    limits = [f"{sign} {schema[key]:.15g}" for key, sign in _BOUNDS.items() if key in schema]
+    limits += [f"in multiples of {schema['multipleOf']:.15g}"] if "multipleOf" in schema else []
+    return " and ".join(limits)
 
 
 def _text_words(schema: Mapping[str, Any]) -> str:
