@@ -14,8 +14,8 @@ from annotated_types import MinLen
 
 from netsim.errors import ScenarioError
 from netsim.models.devices import MAINS, BatteryDevice, CpuDevice, RadioDevice
-from netsim.models.record_files import read_record
 from netsim.parameters import Name, NonNegative, Positive, PositiveInt, parameters
+from netsim.reading import read_record
 from netsim.units import NS_PER_US
 
 Kind = Literal["radios", "cpus", "batteries"]

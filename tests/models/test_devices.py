@@ -131,3 +131,29 @@ def test_traps_are_warned_of(cc2420: RadioDevice, change: dict[str, float], warn
     (finding,) = device_findings(replace(cc2420, **change))  # type: ignore[arg-type]
     assert finding.startswith("CC2420: ")
     assert warning in finding
+
+
+def test_findings_name_the_line(tmp_path: Path) -> None:
+    lines = SHIPPED_RADIO.read_text().splitlines()
+    line = next(number for number, text in enumerate(lines, 1) if text.startswith("idle_ma:"))
+    lines[line - 1] = lines[line - 1].replace("0.426", "much")
+    (tmp_path / "wrong.yaml").write_text("\n".join(lines))
+    with pytest.raises(ScenarioError) as caught:
+        load_radio("wrong.yaml", tmp_path)
+    assert [(finding.line, finding.path) for finding in caught.value.findings] == [(line, "idle_ma.value")]
+
+
+def test_a_radio_without_transmit_levels_is_refused(tmp_path: Path) -> None:
+    lines = [text for text in SHIPPED_RADIO.read_text().splitlines() if not text.startswith("  ")]
+    text = "\n".join("transmit_ma: {}" if text.startswith("transmit_ma:") else text for text in lines)
+    (tmp_path / "mute.yaml").write_text(text)
+    with pytest.raises(ScenarioError, match="transmit_ma"):
+        load_radio("mute.yaml", tmp_path)
+
+
+def test_own_table_may_change_a_copy(tmp_path: Path) -> None:
+    (tmp_path / "base.yaml").write_text(SHIPPED_RADIO.read_text())
+    (tmp_path / "mine.yaml").write_text("extends: base.yaml\nsleep_ma: {value: 0.001, source: measured}\n")
+    mine = load_radio("mine.yaml", tmp_path)
+    assert mine.sleep_mw == pytest.approx(0.003)
+    assert mine == replace(load_radio("cc2420", HERE), sleep_mw=mine.sleep_mw)
