@@ -30,6 +30,9 @@ from netsim.reading.shapes import (
 
 T = TypeVar("T")
 
+_VALUE = "value"  # a field of this name has the unit in the key above it: `supply_v: {value: 3, source: ...}`
+_MOST_SUGGESTIONS = 100  # comparing spellings takes time; a file so full of errors needs no more of them
+
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
@@ -79,7 +82,7 @@ class _Checker:
         if node.value is None and shape.nullable:
             return None
         if isinstance(node.value, dict) and shape.mapping is not None:
-            return self._constrained(self._mapping(node, path, shape.mapping), node, path, shape)
+            return self._constrained(self._mapping(node, path, shape.mapping, unit), node, path, shape)
         if isinstance(node.value, list) and shape.sequence is not None:
             return self._constrained(self._sequence(node, path, shape.sequence, unit), node, path, shape)
         return self._scalar(node, path, hint, shape, unit)
@@ -122,9 +125,9 @@ class _Checker:
             return _MISSING
         return tuple(made) if isinstance(shape, TupleShape) else shape.build(made)
 
-    def _mapping(self, node: Node, path: Path, shape: RecordShape | TaggedShape | MapShape) -> Any:
+    def _mapping(self, node: Node, path: Path, shape: Any, unit: Unit | None) -> Any:
         if isinstance(shape, RecordShape):
-            return self._record(node, path, shape.cls)
+            return self._record(node, path, shape.cls, unit=unit)
         return self._tagged(node, path, shape) if isinstance(shape, TaggedShape) else self._free(node, path, shape)
 
     def _free(self, node: Node, path: Path, shape: MapShape) -> Any:
@@ -165,20 +168,25 @@ class _Checker:
             return self._note(node.value[TAG], (*path, TAG), answer.expected, _got(name), answer.remedy)
         return self._record(node, path, answer, ignored=() if TAG in record_fields(answer) else (TAG,))
 
-    def _record(self, node: Node, path: Path, cls: type[Any], ignored: Sequence[str] = ()) -> Any:
+    def _record(
+        self, node: Node, path: Path, cls: type[Any], ignored: Sequence[str] = (), unit: Unit | None = None
+    ) -> Any:
         before, fields = len(self.found), record_fields(cls)
         children = {key: child for key, child in _children(node).items() if key not in ignored}
         meant = {self._unknown(child, (*path, key), fields) for key, child in children.items() if key not in fields}
         made = {}
         for name, known in fields.items():
             if name in children:
-                made[name] = self.value(children[name], (*path, name), known.hint, split_key(name)[1])
+                made[name] = self.value(
+                    children[name], (*path, name), known.hint, unit if name == _VALUE else split_key(name)[1]
+                )
             elif known.required and name not in meant:
                 self._note(node, (*path, name), field_words(known), "no such key", missing_words(known, path))
         return self._made(cls, made, node, path) if len(self.found) == before else _MISSING
 
     def _unknown(self, node: Node, path: Path, fields: Mapping[str, Field]) -> str | None:
-        meant, remedy = unknown_key(path[-1], plain(node), fields)
+        allowed = fields if len(self.found) < _MOST_SUGGESTIONS else ()
+        meant, remedy = unknown_key(path[-1], plain(node), allowed)
         wanted = one_of(fields) if fields else "no keys"
         if remedy:
             wanted = "a known key"

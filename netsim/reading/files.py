@@ -14,7 +14,7 @@ from netsim.reading.parse import parse
 from netsim.reading.scalars import show
 
 EXTENDS = "extends"
-MAX_BYTE = 4_000_000
+MAX_BYTE = 1_000_000
 
 T = TypeVar("T")
 

@@ -81,7 +81,8 @@ class _Builder:
 
     def _alias(self, anchor: str, line: int) -> None:
         if anchor not in self.anchors:
-            self._stop(line, f"an anchor `&{anchor}` that ends above", f"`*{anchor}`", "write the value itself")
+            wanted = "the name of an anchor (`&name`) whose value ends above"
+            self._stop(line, wanted, f"`*{show(anchor)}`", "write the value itself")
         node, size, height = self.anchors[anchor]
         self._add(node.moved_to(line), None, size, height)
 
@@ -121,7 +122,8 @@ class _Builder:
     def _refuse_tag(self, event: Any, line: int) -> None:
         if event.tag is not None:
             remedy = "remove the tag; put text that looks like a number in quotes"
-            self._problem(line, "a value without a tag", f"the tag {show(str(event.tag))}", remedy)
+            tag = show(str(event.tag).replace("tag:yaml.org,2002:", "!!"))
+            self._problem(line, "a value without a tag", f"the tag {tag}", remedy)
 
     def _problem(self, line: int, expected: str, got: str, remedy: str) -> None:
         self.problems.append(Finding(self.file, line, path_text(self._path()), expected, got, remedy))
@@ -130,7 +132,8 @@ class _Builder:
         return tuple(key for entry in self.stack for key in _position(entry))
 
     def _too_deep(self, line: int) -> None:
-        self._stop(line, f"at most {MAX_DEPTH} levels of nesting", "more", "nest less")
+        wanted = f"at most {MAX_DEPTH} levels of nesting"
+        raise ScenarioError([*self.problems, Finding(self.file, line, "", wanted, "more", "nest less")])
 
     def _stop(self, line: int, expected: str, got: str, remedy: str) -> None:
         self._problem(line, expected, got, remedy)

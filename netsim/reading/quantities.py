@@ -39,6 +39,8 @@ _SIMPLE: dict[str, tuple[str, str, float]] = {
     "mbit": ("megabits", "data", 1e6),
     "byte": ("bytes", "data", 8.0),
     "kbyte": ("kilobytes", "data", 8e3),
+    "bps": ("bits per second", "data/time", 1.0),
+    "kbps": ("kilobits per second", "data/time", 1e3),
     "na": ("nanoamperes", "current", 1e-9),
     "ua": ("microamperes", "current", 1e-6),
     "ma": ("milliamperes", "current", 1e-3),

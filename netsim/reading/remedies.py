@@ -1,5 +1,6 @@
 """What to do about a wrong key or value: suggestions by spelling and by unit."""
 
+import math
 import re
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -103,6 +104,8 @@ def wrong_value(value: Scalar, hint: Any, unit: Unit | None, names: Collection[s
         return _wrong_text(value, kinds, unit, names)
     if "string" in kinds and not names:
         return f'write it in quotes: "{show_scalar(value)}"'
+    if isinstance(value, float) and not math.isfinite(value):
+        return "write a finite number"
     if isinstance(value, float) and value.is_integer() and "integer" in kinds and "number" not in kinds:
         return f"write {int(value)}" if abs(value) < 1e15 else ""
     return ""

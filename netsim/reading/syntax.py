@@ -5,11 +5,12 @@ from ruamel.yaml.error import MarkedYAMLError
 from netsim.errors import Finding
 from netsim.reading.scalars import show
 
-# What the parser says, what it would have needed, what usually helps. The first line that matches counts.
+# What the parser says, what it would have needed, what usually helps. The first line that
+# matches counts; no advice means `_INDENT`.
 _ADVICE = (
     ("character '\\t'", "spaces for indentation", "replace each tab by spaces"),
     ("could not find expected ':'", "`key: value`", "put a colon and a space after the key"),
-    ("mapping values are not allowed", "one `key: value` a line", "{indent}"),
+    ("mapping values are not allowed", "one `key: value` a line", ""),
     ("expected ',' or ']'", "`,` or `]` in a list", "close the list with `]`"),
     ("expected ',' or '}'", "`,` or `}` in a mapping", "close the mapping with `}`"),
     ("found unexpected end of stream", "a closing quote", "close the quote that is still open"),
@@ -18,7 +19,7 @@ _ADVICE = (
     ("but found '}'", "an opening brace before `}`", "remove the brace, or put the text in quotes"),
     ("found '}'", "a value", "remove the brace, or put the text in quotes"),
     ("but found '<scalar>'", "the end of the value", "put a value that contains quotes in quotes of the other kind"),
-    ("expected <block end>", "keys of one mapping, or items of one list, in the same column", "{indent}"),
+    ("expected <block end>", "keys of one mapping, or items of one list, in the same column", ""),
     ("cannot start any token", "a value", "put a value that begins with a special character in quotes"),
 )
 _INDENT = (
@@ -42,7 +43,7 @@ def syntax_finding(file: str, text: str, error: MarkedYAMLError) -> Finding:
     problem = error.problem or "malformed YAML"
     for pattern, expected, remedy in _ADVICE:
         if pattern in problem:
-            return Finding(file, line + 1, "", expected, _shown(text, line), remedy.format(indent=_INDENT))
+            return Finding(file, line + 1, "", expected, _shown(text, line), remedy or _INDENT)
     return Finding(file, line + 1, "", "YAML", _shown(text, line), str(problem))
 
 
