@@ -61,7 +61,7 @@ class FactorVertex:
         self.id = id
         order = np.argsort(scope)
         self.neighbours = tuple(sorted(scope))
-        self._table = np.ascontiguousarray(np.transpose(table, order))
+        self._table = np.array(np.transpose(table, order), order="C")
 
     def incoming_size(self, neighbour: int) -> int:
         """States of that variable."""

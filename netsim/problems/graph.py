@@ -1,0 +1,292 @@
+"""A graphical model as the problem: read from a file or drawn, its variables spread over the nodes.
+
+The model itself is the truth here: there is nothing to sense, and the exact answer is its marginals and modes.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge
+
+from netsim.errors import ScenarioError
+from netsim.kernels.factor_graph import Factor, FactorGraph, vertices_of
+from netsim.kernels.graph_files import parse_libdai, parse_uai
+from netsim.kernels.semiring import FloatArray
+from netsim.kernels.vertex import Vertex
+from netsim.parameters import Name, NonNegative, PositiveInt, parameters
+from netsim.problems.problem import placement
+from netsim.rng import Streams
+from netsim.trace.events import Event, VariablePlacement
+
+Form = Literal["pairwise", "factor"]
+States = Annotated[int, Ge(2)]
+
+
+@parameters
+class GraphFile:
+    """A model read from a file: `.uai` (Markov network) or `.fg` (libDAI)."""
+
+    type: Literal["file"] = "file"
+    """Where the model comes from."""
+    path: Name
+    """The file, relative to the scenario."""
+
+
+@parameters
+class ChainGraph:
+    """A chain of variables with random potentials."""
+
+    type: Literal["chain"] = "chain"
+    """Where the model comes from."""
+    variables: PositiveInt = 10
+    """How many variables."""
+    states: States = 2
+    """States of each variable."""
+    coupling_sd: NonNegative = 1.0
+    """Standard deviation of the normal log potential of each pair of states of neighbours."""
+    field_sd: NonNegative = 1.0
+    """Standard deviation of the normal log potential of each state of a variable."""
+
+
+@parameters
+class TreeGraph:
+    """A random tree with random potentials: each variable joins one of those before it."""
+
+    type: Literal["tree"] = "tree"
+    """Where the model comes from."""
+    variables: PositiveInt = 10
+    """How many variables."""
+    states: States = 2
+    """States of each variable."""
+    coupling_sd: NonNegative = 1.0
+    """Standard deviation of the normal log potential of each pair of states of neighbours."""
+    field_sd: NonNegative = 1.0
+    """Standard deviation of the normal log potential of each state of a variable."""
+
+
+@parameters
+class GridGraph:
+    """A grid of variables with random potentials, rows and columns joined to the next."""
+
+    type: Literal["grid"] = "grid"
+    """Where the model comes from."""
+    rows: PositiveInt = 5
+    """How many rows."""
+    columns: PositiveInt = 5
+    """How many columns."""
+    states: States = 2
+    """States of each variable."""
+    coupling_sd: NonNegative = 1.0
+    """Standard deviation of the normal log potential of each pair of states of neighbours."""
+    field_sd: NonNegative = 1.0
+    """Standard deviation of the normal log potential of each state of a variable."""
+
+
+DrawnGraph = ChainGraph | TreeGraph | GridGraph
+
+
+@parameters
+class GraphParameters:
+    """Inference on a given graphical model whose variables live on the nodes."""
+
+    type: Literal["factor-graph"] = "factor-graph"
+    """Kind of problem."""
+    graph: GraphFile | ChainGraph | TreeGraph | GridGraph = GridGraph()
+    """The model."""
+    form: Form = "factor"
+    """Vertices that exchange messages: variables and factors, or variables alone (`pairwise`, factors of two at most)."""
+    placement: Literal["round_robin", "contiguous"] = "round_robin"
+    """Variable i on node i modulo the number of nodes, or equal runs of consecutive variables on each node. A factor
+    lives with its first variable."""
+
+
+@dataclass(frozen=True, slots=True)
+class GraphKnowledge:
+    """What a node knows: the vertices it hosts, and where their neighbours are.
+
+    Attributes:
+        node: Its id.
+        vertices: The vertices it hosts, ascending, with their own potentials only.
+        hosts: Node of each of them and of each of their neighbours.
+    """
+
+    node: int
+    vertices: tuple[Vertex, ...]
+    hosts: Mapping[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class GraphInstance:
+    """A model and its placement.
+
+    Attributes:
+        graph: The model.
+        form: Which vertices exchange messages.
+        hosts: Node of each vertex, by vertex id.
+    """
+
+    graph: FactorGraph
+    form: Form
+    hosts: tuple[int, ...]
+
+    def vertices(self) -> list[Vertex]:
+        """All vertices, ascending."""
+        return vertices_of(self.graph, self.form)
+
+    def to_json(self) -> str:
+        """The instance as JSON; floats survive the round trip bit for bit."""
+        factors = [{"scope": factor.scope, "table": factor.table.ravel().tolist()} for factor in self.graph.factors]
+        content = {
+            "cardinalities": self.graph.cardinalities,
+            "factors": factors,
+            "form": self.form,
+            "hosts": self.hosts,
+        }
+        return json.dumps(content, allow_nan=False)
+
+    @staticmethod
+    def from_json(text: str) -> "GraphInstance":
+        """The inverse of `to_json`."""
+        content = json.loads(text)
+        cards = tuple(content["cardinalities"])
+        factors = (
+            Factor(tuple(f["scope"]), np.array(f["table"], dtype=float).reshape([cards[v] for v in f["scope"]]))
+            for f in content["factors"]
+        )
+        return GraphInstance(FactorGraph(cards, tuple(factors)), content["form"], tuple(content["hosts"]))
+
+
+@dataclass(frozen=True, eq=False)
+class GraphProblem:
+    """A graphical model on the nodes.
+
+    Attributes:
+        instance: Model and placement.
+    """
+
+    instance: GraphInstance
+
+    @property
+    def kind(self) -> str:
+        """`factor-graph`."""
+        return "factor-graph"
+
+    def instance_json(self) -> str:
+        """The instance; read it with `GraphInstance.from_json`."""
+        return self.instance.to_json()
+
+    def truth_events(self) -> Sequence[Event]:
+        """None: the answer is a function of the instance."""
+        return ()
+
+    def knowledge(self, node: int) -> GraphKnowledge:
+        """The vertices a node hosts, perhaps none."""
+        hosts = self.instance.hosts
+        mine = tuple(vertex for vertex in self.instance.vertices() if hosts[vertex.id] == node)
+        met = sorted({other for vertex in mine for other in (vertex.id, *vertex.neighbours)})
+        return GraphKnowledge(node, mine, {vertex: hosts[vertex] for vertex in met})
+
+    def observe(self, node: int) -> FloatArray:
+        """Nodes have nothing to observe here.
+
+        Raises:
+            ScenarioError: Always.
+        """
+        text = f"node {node} has nothing to observe in a factor-graph problem"
+        raise ScenarioError(text)
+
+    def placement_event(self) -> VariablePlacement:
+        """Where every vertex lives, and which exchange messages."""
+        vertices, count = self.instance.vertices(), len(self.instance.graph.cardinalities)
+        names = {v.id: f"variable {v.id}" if v.id < count else f"factor {v.id - count}" for v in vertices}
+        edges = [(v.id, other) for v in vertices for other in v.neighbours if v.id < other]
+        return placement(dict(enumerate(self.instance.hosts)), names, edges)
+
+
+def draw_graph(parameters: DrawnGraph, rng: np.random.Generator) -> FactorGraph:
+    """A pairwise model with normal log potentials: a factor a variable, then one an edge.
+
+    Args:
+        parameters: Shape and strength.
+        rng: Random stream.
+    """
+    count, pairs = _shape(parameters, rng)
+    states = parameters.states
+    unary = np.exp(parameters.field_sd * rng.standard_normal((count, states)))
+    coupling = np.exp(parameters.coupling_sd * rng.standard_normal((len(pairs), states, states)))
+    fields = [Factor((variable,), table) for variable, table in enumerate(unary)]
+    edges = [Factor(pair, table) for pair, table in zip(pairs, coupling, strict=True)]
+    return FactorGraph((states,) * count, (*fields, *edges))
+
+
+def _shape(parameters: DrawnGraph, rng: np.random.Generator) -> tuple[int, list[tuple[int, int]]]:
+    """Number of variables, and the edges with the lower variable first."""
+    if isinstance(parameters, GridGraph):
+        rows, columns = parameters.rows, parameters.columns
+        index = np.arange(rows * columns).reshape(rows, columns)
+        along = np.column_stack([index[:, :-1].ravel(), index[:, 1:].ravel()])
+        down = np.column_stack([index[:-1].ravel(), index[1:].ravel()])
+        return rows * columns, [(int(a), int(b)) for a, b in np.vstack([along, down])]
+    if isinstance(parameters, ChainGraph):
+        return parameters.variables, [(i, i + 1) for i in range(parameters.variables - 1)]
+    return parameters.variables, [(int(rng.integers(i)), i) for i in range(1, parameters.variables)]
+
+
+def parse_graph(text: str, name: str) -> FactorGraph:
+    """A model from a file's text, by the ending of its name.
+
+    Raises:
+        ScenarioError: For an unknown ending or a faulty file.
+    """
+    if name.endswith(".uai"):
+        return parse_uai(text, name)
+    if name.endswith(".fg"):
+        return parse_libdai(text, name)
+    reason = f"{name}: expected a factor graph with the ending .uai or .fg"
+    raise ScenarioError(reason)
+
+
+def build(
+    parameters: GraphParameters, nodes: Sequence[int], streams: Streams, file_text: str | None = None
+) -> GraphProblem:
+    """Make the problem. A drawn graph comes from the stream `world/graph`.
+
+    Args:
+        parameters: Which model and where it lives.
+        nodes: Ids of the nodes that host variables.
+        streams: The run's random streams.
+        file_text: Content of the model's file, when it comes from one: reading files is the caller's affair.
+
+    Raises:
+        ScenarioError: Without nodes or text, for a faulty file, or a form that does not suit the model.
+    """
+    if not nodes:
+        text = "a factor-graph problem needs at least one node to host its variables"
+        raise ScenarioError(text)
+    graph = _graph(parameters, streams, file_text)
+    count = len(graph.cardinalities)
+    places = _places(parameters, count, sorted(nodes))
+    # A factor without variables is a constant; it sends nothing, and any node may hold it.
+    homes = [places[factor.scope[0]] if factor.scope else min(nodes) for factor in graph.factors]
+    hosts = (*places, *homes) if parameters.form == "factor" else tuple(places)
+    instance = GraphInstance(graph, parameters.form, hosts)
+    instance.vertices()
+    return GraphProblem(instance)
+
+
+def _graph(parameters: GraphParameters, streams: Streams, file_text: str | None) -> FactorGraph:
+    if not isinstance(parameters.graph, GraphFile):
+        return draw_graph(parameters.graph, streams.generator("world/graph"))
+    if file_text is None:
+        text = f"the content of {parameters.graph.path} was not given"
+        raise ScenarioError(text)
+    return parse_graph(file_text, parameters.graph.path)
+
+
+def _places(parameters: GraphParameters, count: int, nodes: Sequence[int]) -> list[int]:
+    if parameters.placement == "round_robin":
+        return [nodes[variable % len(nodes)] for variable in range(count)]
+    return [nodes[variable * len(nodes) // count] for variable in range(count)]
