@@ -29,6 +29,7 @@ from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
 _BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
+_CHUNK_TIMES = struct.Struct("<QQ")
 _MAGIC = b"\x89MCAP0\r\n"
 _TAIL_SIZE_BYTE = (
     _RECORD.size + 20 + len(_MAGIC)
@@ -134,6 +135,17 @@ def trace_attachments(path: Path | str) -> dict[str, bytes]:
     bodies = [body for opcode, body in _records(Path(path)) if opcode == Opcode.ATTACHMENT]
     with _blame(Path(path)):
         return {record.name: record.data for record in map(Attachment.read, map(_stream, bodies))}
+
+
+def last_time_ns(path: Path | str) -> int:
+    """When the last event of a trace was recorded; 0 for a trace without events.
+
+    Raises:
+        TraceError: If the trace cannot be read.
+    """
+    trace_metadata(path)
+    ends = (_CHUNK_TIMES.unpack_from(body)[1] for opcode, body in _records(Path(path)) if opcode == Opcode.CHUNK)
+    return max(ends, default=0)
 
 
 def is_complete(path: Path | str) -> bool:

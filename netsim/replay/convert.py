@@ -1,0 +1,92 @@
+"""From a trace to a Rerun recording, in one pass over the file; between batches only what is in the air is kept."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+from rerun.chunk import Chunk
+
+from netsim.replay.blueprint import make_blueprint
+from netsim.replay.frames import FrameTrack
+from netsim.replay.lanes import LaneTrack
+from netsim.replay.marks import DeathTrack, EstimateTrack, NodeColourTrack, TargetTrack
+from netsim.replay.options import Pace, ReplayOptions, decide
+from netsim.replay.plots import AccuracyTrack, EnergyTrack, RateTrack, RoundTrack
+from netsim.replay.scene import Scene, load_scene, scene_chunks
+from netsim.replay.source import batches
+from netsim.replay.text import LogTrack
+from netsim.replay.track import Kinds, Setting, Track
+from netsim.trace.reader import last_time_ns
+
+_APPLICATION = "netsim"
+_LEAD_NS = 1_000_000_000  # frames are recorded at their end, so those of the first ticks may be older than the window
+
+
+class Conversion:
+    """One trace on its way into one recording."""
+
+    def __init__(self, trace: Path, options: ReplayOptions) -> None:
+        self.trace = trace
+        self.scene: Scene = load_scene(trace)
+        self.pace: Pace = decide(options, last_time_ns(trace))
+        self._energy, self._tracks = _tracks(self.scene, self.pace, options)
+        self._present: set[str] = set()
+
+    def run(self, recording: rr.RecordingStream) -> None:
+        """Send everything, the layout last, when it is known what there is to show."""
+        rr.send_chunks(self._noted(), recording=recording)
+        blueprint = make_blueprint(self.scene, self.pace, self._present, self._energy.on_battery, self._energy.curves)
+        recording.send_blueprint(blueprint)
+
+    def _noted(self) -> Iterator[Chunk]:
+        for chunk in self._chunks():
+            self._present.add("/".join(str(chunk.entity_path).split("/")[:3]))
+            yield chunk
+
+    def _chunks(self) -> Iterator[Chunk]:
+        yield from scene_chunks(self.scene)
+        topics = sorted({topic for track in self._tracks for topic in track.topics})
+        start_ns = max(0, self.pace.start_ns - self.pace.hold_ns - _LEAD_NS)
+        for batch in batches(self.trace, topics, start_ns, self.pace.end_ns):
+            for track in self._tracks:
+                if batch.topic in track.topics:
+                    yield from track.take(batch)
+        for track in self._tracks:
+            yield from track.finish()
+
+
+def convert(trace: Path, recording: rr.RecordingStream, options: ReplayOptions) -> None:
+    """Convert a trace into a recording.
+
+    Args:
+        trace: The trace.
+        recording: Where it goes: a file, a viewer or memory, as its owner has set it up.
+        options: What to show.
+
+    Raises:
+        TraceError: If the trace cannot be read, is damaged or names no nodes.
+    """
+    Conversion(trace, options).run(recording)
+
+
+def save_recording(trace: Path, rrd: Path, options: ReplayOptions) -> None:
+    """Convert a trace into an `.rrd` file with its layout inside."""
+    conversion = Conversion(trace, options)
+    recording = rr.RecordingStream(_APPLICATION, recording_id=trace.stem, send_properties=False)
+    recording.save(rrd)
+    conversion.run(recording)
+    recording.flush()
+    recording.disconnect()
+
+
+def _tracks(scene: Scene, pace: Pace, options: ReplayOptions) -> tuple[EnergyTrack, list[Track]]:
+    ids = np.asarray(scene.nodes.node)
+    shown = np.ones(len(ids), bool) if options.nodes is None else np.isin(ids, list(options.nodes))
+    setting = Setting(scene, pace, options, Kinds(options.kinds), shown)
+    energy = EnergyTrack(setting)
+    tracks: list[Track] = [make(setting) for make in (FrameTrack, RateTrack, NodeColourTrack, DeathTrack)]
+    tracks += [make(setting) for make in (TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
+    if shown.sum() <= options.detail_nodes:
+        tracks.append(LaneTrack(setting))
+    return energy, [*tracks, energy]

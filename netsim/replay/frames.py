@@ -1,0 +1,141 @@
+"""Frames as growing arrows, one entity a message kind; what is lost goes to entities of its own, with the reason."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.flights import NO_FLIGHTS, Air, Flights, Rows
+from netsim.replay.scene import Scene, static
+from netsim.replay.source import Batch
+from netsim.replay.track import Setting, timed
+from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame
+
+_LOST, _COLLIDED, _ACKS, _FIRST_KIND = range(4)
+_FIXED_LAYERS = ("/map/losses/lost", "/map/losses/collided", "/map/acks")
+_UNHEARD = len(OUTCOMES)
+_REASONS = np.array([name.replace("_", " ") for name in OUTCOMES] + ["out of reach"])
+_EXPECTED_PRR = 0.5  # a broadcast is missed, not merely unheard, over links at least this good
+_LOSS_REACH = 0.6  # lost frames stop on the way
+_WIDTHS = {_LOST: -1.6, _COLLIDED: -2.2, _ACKS: -1.0}
+_KIND_WIDTH = -2.4
+
+
+class FrameTrack:
+    """Every frame to every listener that it was meant for."""
+
+    topics = (Frame.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        pace = setting.pace
+        self._air = Air(pace.start_ns, pace.tick_ns, pace.hold_ns)
+        self._longest_ns = 0
+        self._styled: set[int] = set()
+        self._good_links = _good_links(setting.scene)
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """Arrows of all ticks that no later frame can touch, taking none to be longer than those seen so far."""
+        started_ns = batch.numbers("t_start_ns")
+        self._longest_ns = max(self._longest_ns, int((batch.numbers("t_end_ns") - started_ns).max()))
+        horizon_ns = int(batch.time_ns[-1]) - self._longest_ns
+        for rows in self._air.advance(self._flights(batch), min(horizon_ns, self._setting.pace.end_ns)):
+            yield from self._chunks(rows)
+
+    def finish(self) -> Iterator[Chunk]:
+        """The arrows of the last ticks."""
+        pace = self._setting.pace
+        for rows in self._air.advance(NO_FLIGHTS, pace.end_ns + pace.hold_ns + 2 * pace.tick_ns):
+            yield from self._chunks(rows)
+
+    def _flights(self, batch: Batch) -> Flights:
+        listener, lengths = batch.rows("rx_node")
+        frame = np.repeat(np.arange(len(lengths)), lengths)
+        outcome = batch.rows("rx_outcome")[0].astype(np.int64)
+        destination = batch.numbers("destination")
+        unicast = destination != BROADCAST
+        heard = np.zeros(len(lengths), bool)
+        heard[frame[listener == destination[frame]]] = True
+        unheard = np.flatnonzero(unicast & ~heard)
+        frame = np.concatenate([frame, unheard])
+        listener = np.concatenate([listener, destination[unheard]])
+        outcome = np.concatenate([outcome, np.full(len(unheard), _UNHEARD)])
+        tail = self._setting.scene.rows(batch.numbers("source"))[frame]
+        head = self._setting.scene.rows(listener)
+        layer = self._layers(batch, frame, outcome)
+        addressed = ~unicast[frame] | (listener == destination[frame])
+        meant = addressed & (unicast[frame] | self._missed(tail, head, outcome))
+        flights = Flights(batch.numbers("t_start_ns")[frame], layer, tail, head, outcome)
+        return flights.pick(meant & (layer >= 0) & self._visible(tail, head))
+
+    def _layers(self, batch: Batch, frame: NDArray[np.int64], outcome: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The layer of each flight; -1 for kinds that are not wanted."""
+        codes, words = batch.words("kind")
+        kind = self._setting.kinds.numbers(words)[codes]
+        layer = np.where(batch.numbers("is_ack") != 0, _ACKS, _FIRST_KIND + kind)[frame]
+        layer = np.where(outcome == OUTCOME_CODE["received"], layer, _LOST)
+        layer = np.where(outcome == OUTCOME_CODE["collided"], _COLLIDED, layer)
+        return np.where(kind[frame] >= 0, layer, -1)
+
+    def _missed(
+        self, tail: NDArray[np.int64], head: NDArray[np.int64], outcome: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Broadcasts to show: those received, those that collided, and those lost over a good link."""
+        key = tail * len(self._setting.scene.place) + head
+        return (outcome <= OUTCOME_CODE["collided"]) | np.isin(key, self._good_links)
+
+    def _visible(self, tail: NDArray[np.int64], head: NDArray[np.int64]) -> NDArray[np.bool_]:
+        shown = self._setting.shown
+        return (tail >= 0) & (head >= 0) & (shown[tail] | shown[head])
+
+    def _chunks(self, rows: Rows) -> Iterator[Chunk]:
+        entity = self._entity(rows.layer)
+        if rows.layer not in self._styled:
+            self._styled.add(rows.layer)
+            yield static(entity, self._style(rows.layer))
+        origins, vectors = _shafts(self._setting.scene, rows)
+        columns = rr.Arrows2D.columns(origins=origins, vectors=vectors).partition(rows.lengths)
+        parts = list(columns)
+        if rows.layer in (_LOST, _COLLIDED):
+            parts += rr.Arrows2D.columns(labels=list(_REASONS[rows.flights.outcome])).partition(rows.lengths)
+        yield timed(entity, rows.time_ns, parts)
+
+    def _entity(self, layer: int) -> str:
+        if layer < _FIRST_KIND:
+            return _FIXED_LAYERS[layer]
+        return f"/map/messages/{self._setting.kinds.names[layer - _FIRST_KIND]}"
+
+    def _style(self, layer: int) -> rr.Arrows2D:
+        fixed = {_LOST: style.LOST, _COLLIDED: style.COLLIDED, _ACKS: style.ACKNOWLEDGEMENT}
+        colour = fixed.get(layer) or self._setting.kinds.colour(layer - _FIRST_KIND)
+        order = {_LOST: "losses", _COLLIDED: "losses", _ACKS: "acks"}.get(layer, "messages")
+        return rr.Arrows2D.from_fields(
+            colors=[colour],
+            radii=[_WIDTHS.get(layer, _KIND_WIDTH)],
+            draw_order=style.ORDER[order],
+            show_labels=layer in (_LOST, _COLLIDED),
+        )
+
+
+def _good_links(scene: Scene) -> NDArray[np.int64]:
+    """Links worth expecting something of, each as row of its source times the number of nodes plus row of its end."""
+    if scene.links is None:
+        return np.empty(0, np.int64)
+    good = np.asarray(scene.links.prr) >= _EXPECTED_PRR
+    source, destination = (np.asarray(ids)[good] for ids in (scene.links.source, scene.links.destination))
+    return scene.rows(source) * len(scene.place) + scene.rows(destination)
+
+
+def _shafts(scene: Scene, rows: Rows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Origins and vectors: from rim to rim, a little to the right of the line so that both directions are seen."""
+    origin, target = scene.place[rows.flights.tail], scene.place[rows.flights.head]
+    way = target - origin
+    distance = np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+    unit = way / distance
+    gap = np.minimum(1.3 * scene.radius_m, 0.3 * distance)
+    aside = 0.3 * scene.radius_m * np.column_stack([-unit[:, 1], unit[:, 0]])
+    reach = rows.reach * (_LOSS_REACH if rows.layer in (_LOST, _COLLIDED) else 1.0)
+    return origin + unit * gap + aside, unit * (distance - 2 * gap) * reach[:, None]

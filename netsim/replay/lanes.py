@@ -1,0 +1,87 @@
+"""The radio time line: what every node's radio does, from frames and from the radios' own announcements."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.scene import static
+from netsim.replay.source import Batch
+from netsim.replay.track import Setting, timed
+from netsim.trace.events import OUTCOME_CODE, RADIO_STATES, Frame, RadioState
+
+_STATES = (*RADIO_STATES, "collided")
+_CODE = {name: code for code, name in enumerate(_STATES)}
+_NAMES = np.array(_STATES)
+_LOCKING = [OUTCOME_CODE[name] for name in ("received", "overheard", "collided")]
+
+
+class LaneTrack:
+    """One lane a node: transmit and receive from the frames, sleep and death as announced."""
+
+    topics = (Frame.topic, RadioState.topic)
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        self._announced: list[Batch] = []
+        self._begun = False
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """Frames at once; announcements are kept for the end, so that they prevail over a frame that ends just then."""
+        if not self._begun:
+            self._begun = True
+            yield from self._beginning()
+        if batch.topic == RadioState.topic:
+            self._announced.append(batch)
+        else:
+            yield from self._lanes(*_frame_states(batch))
+
+    def finish(self) -> Iterator[Chunk]:
+        """The announcements."""
+        for batch in self._announced:
+            yield from self._lanes(batch.numbers("node"), batch.time_ns, batch.numbers("state").astype(np.int64))
+
+    def _entity(self, row: int) -> str:
+        return f"/radio/{self._setting.scene.nodes.name[row]}"
+
+    def _beginning(self) -> Iterator[Chunk]:
+        values = list(_STATES)
+        colours = [style.RADIO_COLOURS[name] for name in values]
+        start = np.array([self._setting.pace.start_ns], np.int64)
+        for row in np.flatnonzero(self._setting.shown).tolist():
+            yield static(self._entity(row), rr.StateConfiguration(values=values, labels=values, colors=colours))
+            yield timed(self._entity(row), start, rr.StateChange.columns(state=["listen"]))
+
+    def _lanes(
+        self, node: NDArray[np.integer], time_ns: NDArray[np.int64], state: NDArray[np.int64]
+    ) -> Iterator[Chunk]:
+        """One chunk a node that has something new; rows of one instant keep the order in which they come."""
+        row = self._setting.scene.rows(node)
+        inside = (row >= 0) & self._setting.shown[row] & (time_ns >= self._setting.pace.start_ns)
+        row, time_ns, state = row[inside], time_ns[inside], state[inside]
+        order = np.lexsort((time_ns, row))
+        row, time_ns, state = row[order], time_ns[order], state[order]
+        starts = np.flatnonzero(np.diff(row, prepend=-1))
+        for begin, end in zip(starts, np.append(starts[1:], len(row)), strict=True):
+            names = rr.StateChange.columns(state=list(_NAMES[state[begin:end]]))
+            yield timed(self._entity(row[begin]), time_ns[begin:end], names)
+
+
+def _frame_states(batch: Batch) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Node, instant and state of every start and end of a transmission or reception; ends come first."""
+    begin_ns, end_ns = batch.numbers("t_start_ns"), batch.numbers("t_end_ns")
+    listener, lengths = batch.rows("rx_node")
+    outcome = batch.rows("rx_outcome")[0]
+    locked = np.isin(outcome, _LOCKING)
+    frame = np.repeat(np.arange(len(lengths)), lengths)[locked]
+    receiving = np.where(outcome[locked] == OUTCOME_CODE["collided"], _CODE["collided"], _CODE["receive"])
+    node = np.concatenate([batch.numbers("source"), listener[locked]]).astype(np.int64)
+    state = np.concatenate([np.full(len(begin_ns), _CODE["transmit"]), receiving])
+    return (
+        np.concatenate([node, node]),
+        np.concatenate([end_ns, end_ns[frame], begin_ns, begin_ns[frame]]),
+        np.concatenate([np.full(len(node), _CODE["listen"]), state]),
+    )

@@ -1,0 +1,179 @@
+"""What changes on the map besides messages: the nodes' energy, deaths, targets and estimates."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.scene import static
+from netsim.replay.source import Batch
+from netsim.replay.track import Setting, timed
+from netsim.trace.events import Estimate, NodeEnergy, NodeLife, TruthTargets
+
+_CIRCLE = np.linspace(0.0, 2 * np.pi, 41)
+_SIGMAS = 2.0  # estimates are drawn with their two-sigma ellipse
+
+
+class NodeColourTrack:
+    """Nodes coloured by the energy they have left; on mains power by their role."""
+
+    topics = (NodeEnergy.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._scene = setting.scene
+        self._full_j = np.asarray(setting.scene.nodes.battery_j, np.float64)
+        self._colours = style.role_colours(setting.scene.nodes.role)
+        battery = np.isfinite(self._full_j)
+        self._colours[battery] = style.energy_colours(np.ones(int(battery.sum())))
+        self._start = np.array([setting.pace.start_ns], np.int64)
+        self._begun = False
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """One row of colours a sample."""
+        if not self._begun:
+            yield from self.finish()
+        node, lengths = batch.rows("node")
+        left_j, _ = batch.rows("left_j")
+        row = self._scene.rows(node)
+        colours = self._colours[row]
+        battery = np.isfinite(self._full_j[row])
+        fraction = np.clip(left_j[battery] / np.maximum(self._full_j[row][battery], 1e-30), 0.0, 1.0)
+        colours[battery] = style.energy_colours(fraction)
+        yield self._chunk(batch.time_ns, colours[np.argsort(_within_sample(row, lengths), kind="stable")], lengths)
+
+    def finish(self) -> Iterator[Chunk]:
+        """The colours of the start, if there was no sample."""
+        if not self._begun:
+            self._begun = True
+            yield self._chunk(self._start, self._colours, np.array([len(self._colours)]))
+
+    def _chunk(self, time_ns: NDArray[np.int64], colours: style.Colours, lengths: NDArray[np.int64]) -> Chunk:
+        return timed("/map/nodes", time_ns, rr.Points2D.columns(colors=colours).partition(lengths))
+
+
+def _within_sample(row: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+    """A key that sorts the nodes of each sample by their row and keeps the samples apart."""
+    sample = np.repeat(np.arange(len(lengths)), lengths)
+    return np.asarray(sample * (int(row.max(initial=0)) + 1) + row)
+
+
+class DeathTrack:
+    """Dark discs over the nodes that died."""
+
+    topics = (NodeLife.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._scene = setting.scene
+        self._dead: list[int] = []
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """One row a death, of all that are dead."""
+        died = batch.where(np.array(batch.texts("event")) == "died")
+        rows = self._scene.rows(died.numbers("node"))
+        for time_ns, row in zip(died.time_ns, rows, strict=True):
+            self._dead.append(int(row))
+            points = rr.Points2D(
+                self._scene.place[self._dead],
+                colors=[style.DEAD],
+                radii=[0.8 * self._scene.radius_m],
+                draw_order=style.ORDER["dead"],
+            )
+            yield timed("/map/dead", np.array([time_ns]), _one_row(points))
+
+    def finish(self) -> Iterator[Chunk]:
+        """Nothing."""
+        yield from ()
+
+
+def _one_row(archetype: rr.AsComponents) -> list[rr.ComponentColumn]:
+    return [
+        rr.ComponentColumn(batch.component_descriptor(), batch).partition([len(batch.as_arrow_array())])
+        for batch in archetype.as_component_batches()
+    ]
+
+
+class TargetTrack:
+    """The true targets."""
+
+    topics = (TruthTargets.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._radius_m = 0.7 * setting.scene.radius_m
+        self._begun = False
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """One row of positions a sample."""
+        if not self._begun:
+            self._begun = True
+            look = rr.Points2D.from_fields(
+                colors=[style.TARGET], radii=[self._radius_m], show_labels=True, draw_order=style.ORDER["targets"]
+            )
+            yield static("/map/targets", look)
+        target, lengths = batch.rows("target")
+        positions = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
+        labels = [f"target {number}" for number in target]
+        columns = rr.Points2D.columns(positions=positions, labels=labels)
+        yield timed("/map/targets", batch.time_ns, columns.partition(lengths))
+
+    def finish(self) -> Iterator[Chunk]:
+        """Nothing."""
+        yield from ()
+
+
+class EstimateTrack:
+    """The latest estimate of each target, whoever made it, with its ellipse."""
+
+    topics = (Estimate.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        self._radius_m = 0.5 * setting.scene.radius_m
+        self._seen: set[int] = set()
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """One entity a target."""
+        target = batch.numbers("target")
+        known = batch.rows("covariance_m2")[1] == 3
+        for number in np.unique(target):
+            if int(number) not in self._seen:
+                self._seen.add(int(number))
+                yield from self._look(int(number))
+            yield self._points(batch.where(target == number), int(number))
+            if known[target == number].any():
+                yield _ellipses(batch.where((target == number) & known), int(number))
+
+    def finish(self) -> Iterator[Chunk]:
+        """Nothing."""
+        yield from ()
+
+    def _look(self, number: int) -> Iterator[Chunk]:
+        order = style.ORDER["estimates"]
+        points = rr.Points2D.from_fields(
+            colors=[style.ESTIMATE], radii=[self._radius_m], show_labels=False, draw_order=order
+        )
+        ellipse = rr.LineStrips2D.from_fields(colors=[style.ESTIMATE_DIM], radii=[-1.0], draw_order=order)
+        yield static(f"/map/estimates/{number}", points)
+        yield static(f"/map/estimates/{number}/ellipse", ellipse)
+
+    def _points(self, batch: Batch, number: int) -> Chunk:
+        positions = np.column_stack([batch.numbers("x_m"), -batch.numbers("y_m")])
+        labels = [f"target {number} by {self._setting.label(int(node))}" for node in batch.numbers("node")]
+        columns = rr.Points2D.columns(positions=positions, labels=labels)
+        return timed(f"/map/estimates/{number}", batch.time_ns, columns)
+
+
+def _ellipses(batch: Batch, number: int) -> Chunk:
+    """Two-sigma ellipses of a target's estimates, one strip a row."""
+    xx, xy, yy = batch.rows("covariance_m2")[0].reshape(-1, 3).T
+    covariance = np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2)
+    values, vectors = np.linalg.eigh(covariance)
+    axes = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    circle = _SIGMAS * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)])
+    strips = (
+        np.einsum("nij,jk->nki", axes, circle) + np.column_stack([batch.numbers("x_m"), batch.numbers("y_m")])[:, None]
+    )
+    strips[..., 1] *= -1
+    return timed(f"/map/estimates/{number}/ellipse", batch.time_ns, rr.LineStrips2D.columns(strips=strips))

@@ -1,0 +1,166 @@
+"""Curves: energy, messages a second, graph messages a round, and how many decisions are right."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.scene import static
+from netsim.replay.source import Batch
+from netsim.replay.track import Setting, scalars
+from netsim.trace.events import Association, GraphMessages, MessageSent, NodeEnergy, TruthOrigins
+
+_SUMMARY = {"least": style.LEAST, "mean": style.MEAN, "most": style.MOST}
+
+
+class EnergyTrack:
+    """Energy left a node, or energy consumed where all run on mains; many nodes as least, mean and most."""
+
+    topics = (NodeEnergy.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        self._styled = False
+        battery = np.isfinite(np.asarray(setting.scene.nodes.battery_j)) & setting.shown
+        self.on_battery = bool(battery.any())
+        """Whether the curves are of energy left; else they are of energy consumed."""
+        self._plotted = battery if self.on_battery else setting.shown
+        many = int(self._plotted.sum()) > setting.options.detail_nodes
+        self.curves = len(_SUMMARY) if many else int(self._plotted.sum())
+        """How many curves there are."""
+        self._many = many
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """The samples of a batch."""
+        node, lengths = batch.rows("node")
+        value_j, _ = batch.rows("left_j" if self.on_battery else "consumed_j")
+        sample = np.repeat(np.arange(len(lengths)), lengths)
+        row = self._setting.scene.rows(node)
+        table = np.full((len(lengths), len(self._plotted)), np.nan)
+        table[sample, row] = value_j
+        table = table[:, self._plotted]
+        if self._many:
+            yield from self._summary(batch.time_ns, table)
+            return
+        names = [name for name, plotted in zip(self._setting.scene.nodes.name, self._plotted, strict=True) if plotted]
+        for name, column in zip(names, table.T, strict=True):
+            sampled = ~np.isnan(column)
+            yield scalars(f"/plots/energy/{name}", batch.time_ns[sampled], column[sampled])
+
+    def finish(self) -> Iterator[Chunk]:
+        """Nothing."""
+        yield from ()
+
+    def _summary(self, time_ns: NDArray[np.int64], table: NDArray[np.float64]) -> Iterator[Chunk]:
+        curves = (np.nanmin(table, axis=1), np.nanmean(table, axis=1), np.nanmax(table, axis=1))
+        for (name, colour), curve in zip(_SUMMARY.items(), curves, strict=True):
+            if not self._styled:
+                yield static(f"/plots/energy/{name}", rr.SeriesLines(colors=[colour], names=[name]))
+            yield scalars(f"/plots/energy/{name}", time_ns, curve)
+        self._styled = True
+
+
+class RateTrack:
+    """Messages a second, by kind."""
+
+    topics = (MessageSent.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        self._counts: defaultdict[int, defaultdict[int, int]] = defaultdict(lambda: defaultdict(int))
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """Count; the bars are told at the end."""
+        codes, words = batch.words("kind")
+        kind = self._setting.kinds.numbers(words)[codes]
+        mine = self._setting.shown[self._setting.scene.rows(batch.numbers("source"))] & (kind >= 0)
+        keys = np.column_stack([kind, batch.time_ns // self._setting.pace.bin_ns])[mine]
+        for (number, slot), count in zip(*np.unique(keys, axis=0, return_counts=True), strict=True):
+            self._counts[int(number)][int(slot)] += int(count)
+        yield from ()
+
+    def finish(self) -> Iterator[Chunk]:
+        """One curve a kind, with the zeros between."""
+        pace = self._setting.pace
+        slots = np.arange(pace.start_ns // pace.bin_ns, -(-pace.end_ns // pace.bin_ns))
+        for number, counts in sorted(self._counts.items()):
+            name = self._setting.kinds.names[number]
+            rate = np.array([counts.get(int(slot), 0) for slot in slots]) / (pace.bin_ns / 1e9)
+            look = rr.SeriesLines(
+                colors=[self._setting.kinds.colour(number)],
+                names=[name],
+                widths=[2.0],
+                interpolation_mode=rr.components.InterpolationMode.StepAfter,
+            )
+            yield static(f"/plots/messages/{name}", look)
+            yield scalars(f"/plots/messages/{name}", slots * pace.bin_ns, rate)
+
+
+class RoundTrack:
+    """Graph messages of each round: all, and those that went over the air; shown at the round's last message."""
+
+    topics = (GraphMessages.topic,)
+
+    def __init__(self, setting: Setting) -> None:
+        self._totals: defaultdict[int, NDArray[np.int64]] = defaultdict(lambda: np.zeros(3, np.int64))
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """Add up; the curve is told at the end."""
+        remote, lengths = batch.rows("remote")
+        event = np.repeat(np.arange(len(lengths)), lengths)
+        over_air = np.bincount(event, remote != 0, len(lengths)).astype(np.int64)
+        for number, time_ns, sent, aired in zip(batch.numbers("round"), batch.time_ns, lengths, over_air, strict=True):
+            total = self._totals[int(number)]
+            total[:] = max(total[0], time_ns), total[1] + sent, total[2] + aired
+        yield from ()
+
+    def finish(self) -> Iterator[Chunk]:
+        """Two curves over the rounds."""
+        if not self._totals:
+            return
+        table = np.array([self._totals[number] for number in sorted(self._totals)])
+        for column, name, colour in ((1, "sent", style.MEAN), (2, "over the air", style.KIND_COLOURS[0])):
+            entity = f"/plots/senders/{name.replace(' ', '_')}"
+            yield static(entity, rr.SeriesLines(colors=[colour], names=[name], widths=[2.0]))
+            yield scalars(entity, table[:, 0], table[:, column])
+
+
+class AccuracyTrack:
+    """The fraction of measurements that are rightly assigned, over all nodes that have decided."""
+
+    topics = (TruthOrigins.topic, Association.topic)
+
+    def __init__(self, setting: Setting) -> None:
+        self._truth: dict[int, NDArray[np.int64]] = {}
+        self._decided: list[tuple[int, int, NDArray[np.int64]]] = []
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """Keep truth and decisions; they are compared at the end."""
+        target, lengths = batch.rows("target")
+        rows = np.split(target.astype(np.int64), np.cumsum(lengths)[:-1])
+        for time_ns, node, row in zip(batch.time_ns, batch.numbers("node"), rows, strict=True):
+            if batch.topic == TruthOrigins.topic:
+                self._truth[int(node)] = row
+            else:
+                self._decided.append((int(time_ns), int(node), row))
+        yield from ()
+
+    def finish(self) -> Iterator[Chunk]:
+        """One curve."""
+        right: dict[int, tuple[int, int]] = {}
+        curve: dict[int, float] = {}
+        for time_ns, node, row in self._decided:
+            truth = self._truth.get(node)
+            if truth is not None and len(truth) == len(row):
+                right[node] = int((truth == row).sum()), len(row)
+            total = sum(count for _, count in right.values())
+            if total:
+                curve[time_ns] = sum(count for count, _ in right.values()) / total
+        if curve:
+            look = rr.SeriesLines(colors=[style.MOST], names=["rightly assigned"], widths=[2.0])
+            yield static("/plots/accuracy", look)
+            yield scalars("/plots/accuracy", np.array(list(curve), np.int64), np.array(list(curve.values())))

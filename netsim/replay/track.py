@@ -1,0 +1,92 @@
+"""What all parts of a conversion share: the window, the message kinds' colours, and how arrays become Rerun chunks."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.options import Pace, ReplayOptions
+from netsim.replay.scene import Scene
+from netsim.replay.source import Batch
+
+TIMELINE = "sim_time"
+
+
+class Track(Protocol):
+    """Converts the events of some topics, batch by batch."""
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics it wants to see."""
+        ...
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """What a batch adds to the replay."""
+        ...
+
+    def finish(self) -> Iterator[Chunk]:
+        """What can only be told at the end."""
+        ...
+
+
+@dataclass
+class Kinds:
+    """Message kinds in the order in which they are met, which gives them their colours."""
+
+    wanted: frozenset[str] | None
+    names: list[str] = field(default_factory=list)
+
+    def numbers(self, words: Iterable[str]) -> NDArray[np.int64]:
+        """The number of each kind; -1 for kinds that are not wanted."""
+        return np.array([self._number(word) for word in words], np.int64)
+
+    def _number(self, kind: str) -> int:
+        if self.wanted is not None and kind not in self.wanted:
+            return -1
+        if kind not in self.names:
+            self.names.append(kind)
+        return self.names.index(kind)
+
+    def colour(self, number: int) -> style.Rgba:
+        """The colour of a kind."""
+        return style.kind_colour(number)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What every track needs to know.
+
+    Attributes:
+        scene: The still parts.
+        pace: Window and steps.
+        options: What the user asked for.
+        kinds: Message kinds met so far.
+        shown: Whether each row of the node table is to be shown.
+    """
+
+    scene: Scene
+    pace: Pace
+    options: ReplayOptions
+    kinds: Kinds
+    shown: NDArray[np.bool_]
+
+    def label(self, node: int) -> str:
+        """The name of a node id."""
+        row = int(self.scene.rows(np.array([node]))[0])
+        return self.scene.nodes.name[row] if row >= 0 else f"node {node}"
+
+
+def timed(entity: str, time_ns: NDArray[np.int64], columns: Iterable[Any]) -> Chunk:
+    """A chunk of rows in simulated time."""
+    index = rr.TimeColumn(TIMELINE, duration=time_ns.astype("timedelta64[ns]"))
+    return Chunk.from_columns(entity, [index], columns)
+
+
+def scalars(entity: str, time_ns: NDArray[np.int64], values: NDArray[Any]) -> Chunk:
+    """A chunk of numbers to plot."""
+    return timed(entity, time_ns, rr.Scalars.columns(scalars=np.asarray(values, np.float64)))
