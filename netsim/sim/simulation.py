@@ -8,8 +8,9 @@ import simpy
 from netsim.api import Algorithm, NodeHandle
 from netsim.sim.clock import Clock
 from netsim.sim.node import Node
-from netsim.trace.events import Event, NodeEnergy
+from netsim.trace.events import EnergyLedger, Event, NodeEnergy
 from netsim.trace.recorder import Recorder
+from netsim.units import NS_PER_S
 
 STEPS_BETWEEN_LOOKS = 1024
 Progress = Callable[[int], None]
@@ -96,6 +97,16 @@ class Simulation:
             parts.battery.check_closure(parts.account, node_id)
         if self._recorder.wants(NodeEnergy):
             self._record_energy()
+        self._recorder.record(self._ledger())
+
+    def _ledger(self) -> EnergyLedger:
+        rows = [
+            (node_id, *key, entry.energy_j, entry.time_ns / NS_PER_S)
+            for node_id, member in self._members.items()
+            for key, entry in sorted(member.node.parts.account.entries.items())
+        ]
+        columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+        return EnergyLedger(*columns)
 
     def _loop(self, progress: Progress) -> None:
         environment = self._clock.environment

@@ -121,6 +121,22 @@ class NodeEnergy:
 
 
 @dataclass(frozen=True, slots=True)
+class EnergyLedger:
+    """Where every joule went: one row a node, device, state and message kind; written at the end."""
+
+    topic: ClassVar[str] = "/energy/ledger"
+    node: U32Array
+    device: TextArray
+    """`radio`, `cpu`, `sensor`."""
+    state: TextArray
+    """What the device did: `listen`, `receive`, `overhear`, `transmit`, `retransmit`, `ack_transmit`, `active`, ..."""
+    kind: TextArray
+    """Kind of the message served; empty where none was."""
+    energy_j: F64Array
+    time_s: F64Array
+
+
+@dataclass(frozen=True, slots=True)
 class Frame:
     """One transmission on the air and what became of it at each listener; recorded at its end."""
 
@@ -334,6 +350,7 @@ Event = (
     | RadioState
     | NodeLife
     | NodeEnergy
+    | EnergyLedger
     | Frame
     | MessageSent
     | MessageDelivered

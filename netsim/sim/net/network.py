@@ -50,21 +50,36 @@ class Assembly:
 
 
 class Outgoing:
-    """Follows a message's fragments through this node's MAC and sums up what became of them."""
+    """Sends a message's fragments one after the other and sums up what became of them.
 
-    def __init__(self, fragments_left: int, done: Callable[[Delivery], None]) -> None:
-        self._left = fragments_left
+    The next fragment enters the MAC's queue when the one before has left it: a long message does not fill the queue, and
+    after a fragment is lost the rest is not sent, for without it the message cannot be whole.
+    """
+
+    def __init__(
+        self,
+        packets: Sequence[Packet],
+        submit: Callable[[Packet, Callable[[Delivery], None]], None],
+        done: Callable[[Delivery], None],
+    ) -> None:
+        self._packets = packets
+        self._submit = submit
         self._done = done
+        self._next = 0
         self._attempts = 0
-        self._reason = ""
 
-    def fragment_done(self, delivery: Delivery) -> None:
-        """One more fragment has left the MAC, delivered or given up."""
-        self._left -= 1
+    def proceed(self) -> None:
+        """Send the next fragment."""
+        packet = self._packets[self._next]
+        self._next += 1
+        self._submit(packet, self._fragment_done)
+
+    def _fragment_done(self, delivery: Delivery) -> None:
         self._attempts += delivery.attempts
-        self._reason = self._reason or delivery.reason
-        if self._left == 0:
-            self._done(Delivery(acknowledged=not self._reason, reason=self._reason, attempts=self._attempts))
+        if delivery.acknowledged and self._next < len(self._packets):
+            self.proceed()
+        else:
+            self._done(Delivery(delivery.acknowledged, delivery.reason, self._attempts))
 
 
 class Network:
@@ -131,10 +146,11 @@ class Network:
             MessageSent(origin.message_id, self._node, destination, kind, len(payload), len(chunks), causes)
         )
         code = self._registry.kinds.code(kind)
-        outgoing = Outgoing(len(chunks), done)
-        for index, chunk in enumerate(chunks):
-            packet = Packet(self._node, destination, self._sequence, code, 1, index, len(chunks), chunk)
-            self._forward(packet, origin, outgoing.fragment_done)
+        packets = [
+            Packet(self._node, destination, self._sequence, code, 1, index, len(chunks), chunk)
+            for index, chunk in enumerate(chunks)
+        ]
+        Outgoing(packets, lambda packet, sent: self._forward(packet, origin, sent), done).proceed()
         return origin.message_id
 
     def on_packet(self, data: bytes, _neighbour: int) -> None:

@@ -1,0 +1,77 @@
+"""How a node comes to the vertices it hosts: from its knowledge, its own sensor and its partners' measurements."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from netsim.api import NodeHandle, Op
+from netsim.codec import FloatWidth, decode_floats, encode_floats
+from netsim.errors import AlgorithmError
+from netsim.kernels.association_model import AssociationKnowledge
+from netsim.kernels.association_vertices import hosted_vertices
+from netsim.kernels.factor_graph import GraphKnowledge
+from netsim.kernels.semiring import FloatArray
+from netsim.kernels.vertex import Vertex
+from netsim.protocols.exchange import exchange
+
+OBSERVATIONS = "observations"
+
+
+@dataclass(frozen=True, slots=True)
+class Hosting:
+    """The vertices of one node.
+
+    Attributes:
+        vertices: The vertices hosted here, ascending.
+        hosts: Node of each vertex that one of them exchanges messages with.
+    """
+
+    vertices: tuple[Vertex, ...]
+    hosts: Mapping[int, int]
+
+
+def prepare(node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int) -> Op[Hosting]:
+    """Build the vertices this node hosts; returns at the deadline on every node.
+
+    In data association a sensor's compatibility functions contain its partners' measurements (Chen et al. 2006, eqs 9
+    and 14), so these are exchanged first. Where a partner was not heard, the node goes on as if it had measured nothing.
+
+    Args:
+        node: The node.
+        width: Precision of the measurements on the air.
+        deadline_ns: When the exchange ends, by the node's clock.
+        attempts: How often an unacknowledged measurement is sent.
+
+    Raises:
+        AlgorithmError: If the scenario's problem is not one for message passing.
+    """
+    knowledge = node.knowledge
+    if isinstance(knowledge, AssociationKnowledge):
+        own, others = yield from _measure(node, knowledge, width, deadline_ns, attempts)
+        sensor, targets = hosted_vertices(knowledge, own, others)
+        return Hosting((sensor, *targets), knowledge.hosts)
+    yield from node.pause_until(deadline_ns)
+    if isinstance(knowledge, GraphKnowledge):
+        return Hosting(tuple(knowledge.vertices()), knowledge.hosts)
+    if knowledge is None:
+        return Hosting((), {})
+    message = f"message passing needs an association or factor-graph problem, not {type(knowledge).__name__}"
+    raise AlgorithmError(message)
+
+
+def _measure(
+    node: NodeHandle, knowledge: AssociationKnowledge, width: FloatWidth, deadline_ns: int, attempts: int
+) -> Op[tuple[FloatArray, Mapping[int, FloatArray]]]:
+    """Sense, tell the partners, hear theirs. What is used here is what is sent: both ends must compute with the same."""
+    observation = yield from node.sense()
+    payload = encode_floats(observation.values.ravel(), width)
+    nodes = {knowledge.sensor_nodes[sensor]: sensor for sensor in knowledge.partners}
+    heard = yield from exchange(node, OBSERVATIONS, payload, sorted(nodes), deadline_ns, attempts)
+    others = {sensor: np.empty((0, 2)) for sensor in knowledge.partners}
+    others.update({nodes[source]: _points(data, width) for source, data in heard.items()})
+    return _points(payload, width), others
+
+
+def _points(data: bytes, width: FloatWidth) -> FloatArray:
+    return decode_floats(data, width).reshape(-1, 2)

@@ -1,0 +1,300 @@
+"""Loopy max-product and sum-product, standard and communication-sensitive, by real messages between the nodes.
+
+Chen, Wainwright, Cetin, Willsky, "Data association based on optimization in graphical models with application to sensor
+networks", Mathematical and Computer Modelling 43 (2006): messages eqs (3) and (5), communication-sensitive rule section 5.
+
+Each node serves all vertices of the graphical model that it hosts. Messages between co-hosted vertices cost no air; those
+for vertices on one other node travel together. A round: take what has arrived, compute every outgoing message, send those
+the rule selects. A receiver goes on with the last message it has where none arrived, whether it was not sent or was lost.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Lt
+
+from netsim.algorithms.hosting import Hosting, prepare
+from netsim.api import Message, NodeHandle, Op
+from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
+from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
+from netsim.kernels.semiring import FloatArray, Semiring
+from netsim.kernels.sensor_vertex import SensorVertex
+from netsim.kernels.target_vertex import TargetVertex
+from netsim.kernels.vertex import Vertex
+from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
+from netsim.trace.events import Association, GraphMessages, Marginals
+from netsim.units import s_to_ns
+
+BELIEF = "belief"
+_ENTRY = Record("HHHH")  # round, source vertex, destination vertex, number of entries
+
+Damping = Annotated[float, Ge(0), Lt(1)]
+
+
+@parameters
+class MessagePassingParameters:
+    """Standard message passing: every message is sent in every round."""
+
+    schedule: Literal["synchronous", "asynchronous"] = "synchronous"
+    """`synchronous`: rounds driven by the nodes' timers; `asynchronous`: a node computes when something has arrived."""
+    rounds: PositiveInt = 15
+    """Rounds of computed messages, after the start round; asynchronous: the time limit in rounds."""
+    round_s: Positive = 1.0
+    """Length of a round."""
+    setup_s: Positive = 4.0
+    """Time for sensing and for the exchange of measurements before the first round."""
+    setup_attempts: PositiveInt = 3
+    """How often a measurement is sent that was not acknowledged."""
+    spread_s: NonNegative = 0.5
+    """Each node sends at a random moment within this time after computing, so that not all speak at once."""
+    hold_s: NonNegative = 0.05
+    """Asynchronous: how long a node waits for more before it computes."""
+    payload: FloatWidth = "float64"
+    """Precision of numbers on the air."""
+    damping: Damping = 0.0
+    """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
+
+
+@parameters
+class CommunicationSensitiveParameters(MessagePassingParameters):
+    """Communication-sensitive message passing (Chen et al. 2006, section 5): a message that tells too little is kept."""
+
+    tolerance: NonNegative = 0.1
+    """A message is sent when its Kullback-Leibler divergence (eq 19) exceeds this."""
+    first_round: Literal["init", "both", "ones"] = "init"
+    """`init`: uniform messages are sent first and the first computed ones compared with them; `both`: the first computed
+    ones are always sent; `ones`: compared with unnormalised ones, nothing sent first."""
+    log_base: Literal["e", "2"] = "e"
+    """Base of the divergence's logarithm: nats or bits."""
+    support: Literal["full", "projected"] = "full"
+    """Divergence over the receiver's full state space, or over the entries of the message."""
+    compare_with: Literal["last_sent", "previous_generated"] = "last_sent"
+    """Which message a new one is compared with."""
+
+
+@parameters
+class MaxProductParameters(MessagePassingParameters):
+    """Loopy max-product."""
+
+    type: Literal["max-product"] = "max-product"
+
+
+@parameters
+class SumProductParameters(MessagePassingParameters):
+    """Loopy sum-product (belief propagation)."""
+
+    type: Literal["sum-product"] = "sum-product"
+
+
+@parameters
+class CsmpParameters(CommunicationSensitiveParameters):
+    """Communication-sensitive max-product."""
+
+    type: Literal["csmp"] = "csmp"
+
+
+@parameters
+class CsspParameters(CommunicationSensitiveParameters):
+    """Communication-sensitive sum-product."""
+
+    type: Literal["cssp"] = "cssp"
+
+
+def rule_of(parameters: MessagePassingParameters) -> CommunicationRule:
+    """The rule that selects messages."""
+    if isinstance(parameters, CommunicationSensitiveParameters):
+        return CommunicationRule(
+            tolerance=parameters.tolerance,
+            first_round=parameters.first_round,
+            log_base=parameters.log_base,
+            support=parameters.support,
+            compare_with=parameters.compare_with,
+            damping=parameters.damping,
+        )
+    return CommunicationRule(damping=parameters.damping)
+
+
+def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArray]], width: FloatWidth) -> bytes:
+    """Messages for one node as one payload: (source vertex, destination vertex, log message) each."""
+    return b"".join(
+        _ENTRY.pack(round_number, source, destination, len(message)) + encode_floats(message, width)
+        for source, destination, message in entries
+    )
+
+
+def decode_entries(payload: bytes, width: FloatWidth) -> list[tuple[int, int, int, FloatArray]]:
+    """The (round, source, destination, log message) that `encode_entries` put into a payload."""
+    entries = []
+    offset = 0
+    entry_byte = np.dtype(width).itemsize
+    while offset < len(payload):
+        round_number, source, destination, size = _ENTRY.unpack(payload, offset)
+        offset += _ENTRY.size_byte
+        entries.append(
+            (round_number, source, destination, decode_floats(payload[offset : offset + size * entry_byte], width))
+        )
+        offset += size * entry_byte
+    return entries
+
+
+@dataclass(slots=True)
+class Hosted:
+    """What a node keeps of the vertices it hosts: the vertices, their memory, the last messages received."""
+
+    hosting: Hosting
+    senders: Mapping[int, VertexSender]
+    incoming: Mapping[int, dict[int, FloatArray]]
+    early: list[tuple[int, int, int, FloatArray]]
+
+    @classmethod
+    def of(cls, hosting: Hosting, rule: CommunicationRule) -> "Hosted":
+        """At the start nothing has been received."""
+        senders = {vertex.id: VertexSender(vertex, rule) for vertex in hosting.vertices}
+        return cls(hosting, senders, {vertex: {} for vertex in senders}, [])
+
+    def accept(self, entry: tuple[int, int, int, FloatArray]) -> bool:
+        """Take a received message; one that does not fit (its sender lacked our measurements) is left out."""
+        _, source, destination, message = entry
+        sender = self.senders.get(destination)
+        if sender is None or source not in sender.vertex.neighbours:
+            return False
+        if len(message) != sender.vertex.incoming_size(source):
+            return False
+        self.incoming[destination][source] = message
+        return True
+
+    @property
+    def operations(self) -> int:
+        """Cost of one round of computing."""
+        return sum(sender.vertex.operations() for sender in self.senders.values())
+
+
+class MessagePassing:
+    """See the module.
+
+    Args:
+        parameters: Schedule and rule.
+        semiring: Max-product or sum-product.
+    """
+
+    def __init__(self, parameters: MessagePassingParameters, semiring: Semiring) -> None:
+        self._parameters = parameters
+        self._semiring = semiring
+
+    def run(self, node: NodeHandle) -> Op[None]:
+        """See `netsim.api.Algorithm.run`."""
+        parameters = self._parameters
+        start_ns = s_to_ns(parameters.setup_s)
+        hosting = yield from prepare(node, parameters.payload, start_ns, parameters.setup_attempts)
+        hosted = Hosted.of(hosting, rule_of(parameters))
+        if parameters.schedule == "synchronous":
+            yield from self._rounds(node, hosted, start_ns)
+        else:
+            yield from self._whenever(node, hosted, start_ns)
+        self._report(node, hosted, parameters.rounds)
+
+    def _rounds(self, node: NodeHandle, hosted: Hosted, start_ns: int) -> Op[None]:
+        """Synchronous rounds; round 0 sends the start messages."""
+        round_ns = s_to_ns(self._parameters.round_s)
+        for number in range(self._parameters.rounds + 1):
+            yield from node.pause_until(start_ns + number * round_ns)
+            yield from self._collect(node, hosted, number)
+            outputs = self._outputs(hosted, number)
+            if number > 0:
+                self._report(node, hosted, number - 1)
+                yield from node.compute(hosted.operations)
+            yield from self._send(node, hosted, number, outputs)
+        yield from node.pause_until(start_ns + (self._parameters.rounds + 1) * round_ns)
+        yield from self._collect(node, hosted, self._parameters.rounds + 1)
+
+    def _whenever(self, node: NodeHandle, hosted: Hosted, start_ns: int) -> Op[None]:
+        """Asynchronous: compute when something has arrived, until the time is over."""
+        end_ns = start_ns + (self._parameters.rounds + 1) * s_to_ns(self._parameters.round_s)
+        yield from self._send(node, hosted, 0, self._outputs(hosted, 0))
+        number = 0
+        news = True
+        while node.now_ns < end_ns:
+            if not news:
+                message = yield from node.receive(kinds={BELIEF}, timeout_ns=end_ns - node.now_ns)
+                if message is None:
+                    break
+                self._take(node, hosted, message, None)
+            yield from node.pause(s_to_ns(self._parameters.hold_s))
+            yield from self._collect(node, hosted, None)
+            number += 1
+            outputs = self._outputs(hosted, number)
+            yield from node.compute(hosted.operations)
+            news = yield from self._send(node, hosted, number, outputs)
+
+    def _outputs(self, hosted: Hosted, number: int) -> dict[int, RoundOutput]:
+        """What each hosted vertex sends in a round, from what was received before it."""
+        if number == 0:
+            return {vertex: sender.start() for vertex, sender in hosted.senders.items()}
+        return {
+            vertex: sender.step(hosted.incoming[vertex], self._semiring) for vertex, sender in hosted.senders.items()
+        }
+
+    def _send(self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput]) -> Op[bool]:
+        """Hand over what was selected; returns whether a co-hosted vertex got something new."""
+        self._count(node, hosted, number, outputs)
+        by_host: dict[int, list[tuple[int, int, FloatArray]]] = {}
+        for source, output in sorted(outputs.items()):
+            for destination, message in output.sent.items():
+                by_host.setdefault(hosted.hosting.hosts[destination], []).append((source, destination, message))
+        local = by_host.pop(node.id, [])
+        for source, destination, message in local:
+            hosted.accept((number, source, destination, message))
+        if by_host:
+            yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
+            for host, entries in sorted(by_host.items()):
+                node.send(host, BELIEF, encode_entries(number, entries, self._parameters.payload))
+        return bool(local)
+
+    def _collect(self, node: NodeHandle, hosted: Hosted, number: int | None) -> Op[None]:
+        """Take everything that has arrived; what belongs to this round or a later one waits for its turn."""
+        early, hosted.early = hosted.early, []
+        for entry in early:
+            self._place(hosted, entry, number)
+        while (message := (yield from node.receive(kinds={BELIEF}, timeout_ns=0))) is not None:
+            self._take(node, hosted, message, number)
+
+    def _take(self, node: NodeHandle, hosted: Hosted, message: Message, number: int | None) -> None:
+        for entry in decode_entries(message.payload, self._parameters.payload):
+            if not self._place(hosted, entry, number):
+                node.log(f"message from vertex {entry[1]} to {entry[2]} does not fit and is left out")
+
+    def _place(self, hosted: Hosted, entry: tuple[int, int, int, FloatArray], number: int | None) -> bool:
+        if number is not None and entry[0] >= number:
+            hosted.early.append(entry)
+            return True
+        return hosted.accept(entry)
+
+    def _count(self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput]) -> None:
+        """Record the graph messages of a round."""
+        if not outputs:
+            return
+        edges = [(source, to) for source, output in sorted(outputs.items()) for to in output.sent]
+        node.record(
+            GraphMessages(
+                node=node.id,
+                round=number,
+                source=[source for source, _ in edges],
+                destination=[to for _, to in edges],
+                remote=[int(hosted.hosting.hosts[to] != node.id) for _, to in edges],
+                computed=sum(output.computed for output in outputs.values()),
+                largest_change=max(output.largest_change for output in outputs.values()),
+            )
+        )
+
+    def _report(self, node: NodeHandle, hosted: Hosted, number: int) -> None:
+        """Record what the node believes after a round."""
+        for vertex_id, sender in sorted(hosted.senders.items()):
+            vertex: Vertex = sender.vertex
+            if isinstance(vertex, SensorVertex):
+                decision = vertex.decide(hosted.incoming[vertex_id], self._semiring)
+                node.record(Association(node.id, decision.tolist(), number))
+            elif not isinstance(vertex, TargetVertex):
+                belief = np.exp(vertex.belief(hosted.incoming[vertex_id], self._semiring))
+                node.record(Marginals(node.id, vertex_id, belief, number))

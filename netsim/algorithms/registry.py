@@ -1,0 +1,138 @@
+"""Algorithms by name: the shipped ones, and a user's own as `module:Class`."""
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, is_dataclass, make_dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from netsim.algorithms.message_passing import (
+    CsmpParameters,
+    CsspParameters,
+    MaxProductParameters,
+    MessagePassing,
+    SumProductParameters,
+)
+from netsim.algorithms.neighbour_traffic import NeighbourTraffic, NeighbourTrafficParameters
+from netsim.api import Algorithm
+from netsim.errors import ScenarioError
+from netsim.kernels.semiring import Semiring
+from netsim.parameters import parameters
+
+CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An algorithm that scenarios can name.
+
+    Attributes:
+        name: What stands under `type`.
+        record: Its parameters, with a field `type`.
+        make: From its parameters to what a node runs.
+        summary: What it does, in one line.
+        citation: Where it comes from.
+    """
+
+    name: str
+    record: type[Any]
+    make: Callable[[Any], Algorithm]
+    summary: str
+    citation: str = ""
+
+
+def _message_passing(semiring: Semiring) -> Callable[[Any], Algorithm]:
+    return lambda record: MessagePassing(record, semiring)
+
+
+SHIPPED: Mapping[str, Entry] = {
+    entry.name: entry
+    for entry in (
+        Entry(
+            "max-product",
+            MaxProductParameters,
+            _message_passing(Semiring.MAX),
+            "loopy max-product, every message in every round",
+            f"{CHEN_2006}, eq 5",
+        ),
+        Entry(
+            "sum-product",
+            SumProductParameters,
+            _message_passing(Semiring.SUM),
+            "loopy sum-product (belief propagation), every message in every round",
+            f"{CHEN_2006}, eqs 3 and 4",
+        ),
+        Entry(
+            "csmp",
+            CsmpParameters,
+            _message_passing(Semiring.MAX),
+            "communication-sensitive max-product: messages that tell too little are kept",
+            f"{CHEN_2006}, section 5",
+        ),
+        Entry(
+            "cssp",
+            CsspParameters,
+            _message_passing(Semiring.SUM),
+            "communication-sensitive sum-product: messages that tell too little are kept",
+            f"{CHEN_2006}, section 5",
+        ),
+        Entry(
+            "neighbour-traffic",
+            NeighbourTrafficParameters,
+            NeighbourTraffic,
+            "plain traffic to the nearest neighbours, for radio and battery studies",
+        ),
+    )
+}
+
+
+@parameters
+class NoParameters:
+    """For an algorithm of your own that declares no `Parameters`."""
+
+
+def load_own(name: str, folder: Path) -> Entry:
+    """A user's algorithm, from `module:Class`. This imports the module: it runs the user's code.
+
+    Args:
+        name: As it stands under `type`.
+        folder: Where the scenario lies; modules are found there or on the Python path.
+
+    Raises:
+        ScenarioError: If the module cannot be imported or the class is not an algorithm; the message says why.
+    """
+    module_name, _, class_name = name.partition(":")
+    cls = getattr(_imported(module_name, folder), class_name, None)
+    if not isinstance(cls, type) or not callable(getattr(cls, "run", None)):
+        text = f"module {module_name} has no class {class_name} with a method run(node)"
+        raise ScenarioError(text)
+    record = getattr(cls, "Parameters", NoParameters)
+    if not is_dataclass(record) or not isinstance(record, type):
+        text = f"{name}: Parameters is not a record; declare it with @netsim.parameters.parameters"
+        raise ScenarioError(text)
+    takes_parameters = record is not NoParameters
+    tagged = make_dataclass(
+        record.__name__,
+        [("type", Literal[name], name)],  # type: ignore[valid-type]
+        bases=(record,),
+        frozen=True,
+        kw_only=True,
+        namespace={"__doc__": record.__doc__, "__module__": record.__module__},
+    )
+    summary = (cls.__doc__ or "no description").strip().splitlines()[0]
+    return Entry(name, tagged, cls if takes_parameters else lambda _: cls(), summary)
+
+
+def _imported(module_name: str, folder: Path) -> Any:
+    """Import a module with the scenario's folder first on the path."""
+    where = str(folder.resolve())
+    sys.path.insert(0, where)
+    try:
+        importlib.invalidate_caches()
+        return importlib.import_module(module_name)
+    except Exception as error:  # whatever the user's module raises while it is imported
+        text = f"cannot import {module_name}: {error!r} (looked in {where} and on the Python path)"
+        raise ScenarioError(text) from error
+    finally:
+        sys.path.remove(where)

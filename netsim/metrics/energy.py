@@ -1,0 +1,68 @@
+"""Energy: joules in total, by device state, by message kind and by node, from the ledger."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from netsim.trace.events import EnergyLedger, NodeLife, NodeTable
+from netsim.trace.recorder import Handler
+from netsim.units import NS_PER_S
+
+
+class Energy:
+    """Sums up the ledger that the simulation writes at its end, and notes who died when."""
+
+    def __init__(self) -> None:
+        self._ledger: EnergyLedger | None = None
+        self._names: dict[int, str] = {}
+        self._deaths: dict[int, int] = {}
+
+    def handlers(self) -> Mapping[type[Any], Handler]:
+        """See `Observer.handlers`."""
+        return {EnergyLedger: self._on_ledger, NodeTable: self._on_nodes, NodeLife: self._on_life}
+
+    @property
+    def ledger(self) -> EnergyLedger | None:
+        """The ledger, once the run has ended."""
+        return self._ledger
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics; units in the keys."""
+        rows = _rows(self._ledger)
+        by_node = _sums((row[0], row[4]) for row in rows)
+        most = max(by_node, key=lambda node: (by_node[node], -node), default=None)
+        return {
+            "energy_j": math.fsum(row[4] for row in rows),
+            "energy_by_state_j": _sums((f"{device}.{state}", joules) for _, device, state, _, joules in rows),
+            "energy_by_kind_j": _sums((kind or "(none)", joules) for _, _, _, kind, joules in rows),
+            "energy_by_node_j": {self._names.get(node, str(node)): joules for node, joules in by_node.items()},
+            "energy_most_node": None if most is None else self._names.get(most, str(most)),
+            "energy_most_j": None if most is None else by_node[most],
+            "deaths": len(self._deaths),
+            "first_death_s": min(self._deaths.values()) / NS_PER_S if self._deaths else None,
+        }
+
+    def _on_ledger(self, event: EnergyLedger, _: int) -> None:
+        self._ledger = event
+
+    def _on_nodes(self, event: NodeTable, _: int) -> None:
+        self._names = dict(zip(map(int, event.node), event.name, strict=True))
+
+    def _on_life(self, event: NodeLife, now_ns: int) -> None:
+        if event.event == "died":
+            self._deaths[event.node] = now_ns
+
+
+def _rows(ledger: EnergyLedger | None) -> list[tuple[int, str, str, str, float]]:
+    if ledger is None:
+        return []
+    nodes, joules = map(int, ledger.node), map(float, ledger.energy_j)
+    return list(zip(nodes, ledger.device, ledger.state, ledger.kind, joules, strict=True))
+
+
+def _sums(pairs: Iterable[tuple[Any, float]]) -> dict[Any, float]:
+    parts: defaultdict[Any, list[float]] = defaultdict(list)
+    for key, joules in pairs:
+        parts[key].append(joules)
+    return {key: math.fsum(values) for key, values in sorted(parts.items())}

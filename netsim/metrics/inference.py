@@ -1,0 +1,189 @@
+"""Inference: how many graph messages, how many rounds, and how far from the truth and from the exact answer."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from netsim.errors import ScenarioError
+from netsim.kernels.assignment import best_assignment
+from netsim.kernels.association_model import AssociationInstance
+from netsim.kernels.association_vertices import instance_vertices
+from netsim.kernels.sensor_vertex import SensorVertex
+from netsim.metrics.marginals import exact_marginals_of
+from netsim.trace.events import Association, GraphMessages, Marginals, Problem, TruthOrigins, VariablePlacement
+from netsim.trace.recorder import Handler
+
+SETTLED = 1e-12
+"""Largest divergence between successive messages that counts as no change."""
+
+
+class GraphTraffic:
+    """Communication in the unit of the papers: messages between vertices of the graphical model."""
+
+    def __init__(self) -> None:
+        self._hosts: set[int] = set()
+        self._sent: defaultdict[int, int] = defaultdict(int)
+        self._remote: defaultdict[int, int] = defaultdict(int)
+        self._computed: defaultdict[int, int] = defaultdict(int)
+        self._change: defaultdict[int, float] = defaultdict(float)
+
+    def handlers(self) -> Mapping[type[Any], Handler]:
+        """See `Observer.handlers`."""
+        return {GraphMessages: self._on_messages}
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics; `per_sensor` divides by the nodes that host variables."""
+        if not self._sent:
+            return {}
+        total, nodes = sum(self._sent.values()), len(self._hosts)
+        quiet = self._quiet_round()
+        until = sum(count for number, count in self._sent.items() if quiet is None or number <= quiet)
+        return {
+            "graph_messages": total,
+            "graph_messages_per_sensor": total / nodes,
+            "graph_messages_over_air": sum(self._remote.values()),
+            "graph_messages_computed": sum(self._computed.values()),
+            "graph_messages_by_round": [self._sent[number] for number in range(max(self._sent) + 1)],
+            "rounds": max(self._sent),
+            "converged_round": quiet,
+            "graph_messages_until_convergence_per_sensor": until / nodes,
+        }
+
+    def _quiet_round(self) -> int | None:
+        """The round from which on nothing was sent, or nothing new; None when the last round still brought news."""
+        last = max(self._sent)
+        active = [
+            number for number in self._sent if number > 0 and self._sent[number] > 0 and self._change[number] > SETTLED
+        ]
+        quiet = max(active, default=0) + 1
+        return quiet if quiet <= last else None
+
+    def _on_messages(self, event: GraphMessages, _: int) -> None:
+        self._hosts.add(event.node)
+        self._sent[event.round] += len(event.source)
+        self._remote[event.round] += int(sum(event.remote))
+        self._computed[event.round] += event.computed
+        self._change[event.round] = max(self._change[event.round], event.largest_change)
+
+
+class AssociationError:
+    """Share of measurements associated with the wrong target, beside the exact and the independent decisions.
+
+    The error counts all measurements, false alarms included (Chen et al. 2006, section VI-A); that of the measurements
+    that come from a target is given too. The exact MAP and the node-independent decision are computed from the problem
+    instance in the trace.
+    """
+
+    def __init__(self) -> None:
+        self._instance: AssociationInstance | None = None
+        self._origins: dict[int, np.ndarray[Any, Any]] = {}
+        self._decisions: dict[int, dict[int, np.ndarray[Any, Any]]] = defaultdict(dict)
+
+    def handlers(self) -> Mapping[type[Any], Handler]:
+        """See `Observer.handlers`."""
+        return {Problem: self._on_problem, TruthOrigins: self._on_origins, Association: self._on_association}
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics; empty for another kind of problem."""
+        if self._instance is None or not self._origins:
+            return {}
+        last = {node: rounds[max(rounds)] for node, rounds in self._decisions.items()}
+        sensors = self._instance.sensor_nodes
+        exact = dict(zip(sensors, best_assignment(self._instance).assignment, strict=True))
+        alone = {
+            sensors[vertex.id]: vertex.decide_alone()
+            for vertex in instance_vertices(self._instance)
+            if isinstance(vertex, SensorVertex)
+        }
+        return {
+            "measurements": int(sum(len(origin) for origin in self._origins.values())),
+            "sensors_that_decided": len(last),
+            "association_error": self._error(last),
+            "association_error_target_originated": self._error(last, targets_only=True),
+            "association_error_exact_map": self._error(exact),
+            "association_error_independent": self._error(alone),
+            "association_differs_from_exact_map": self._differs(last, exact),
+            "association_error_by_round": self._by_round(),
+        }
+
+    def _by_round(self) -> list[float | None]:
+        numbers = sorted({number for rounds in self._decisions.values() for number in rounds})
+        return [
+            self._error({node: rounds[number] for node, rounds in self._decisions.items() if number in rounds})
+            for number in numbers
+        ]
+
+    def _error(self, decisions: Mapping[int, Sequence[int]], targets_only: bool = False) -> float | None:
+        """Over all measurements; those of a sensor that never decided count as wrong."""
+        wrong = total = 0
+        for node, origin in self._origins.items():
+            counted = origin >= 0 if targets_only else np.ones(len(origin), bool)
+            total += int(counted.sum())
+            decided = decisions.get(node)
+            wrong += int(counted.sum() if decided is None else (counted & (np.asarray(decided) != origin)).sum())
+        return wrong / total if total else None
+
+    def _differs(self, first: Mapping[int, Sequence[int]], second: Mapping[int, Sequence[int]]) -> float | None:
+        pairs = [(np.asarray(first[node]), np.asarray(second[node])) for node in self._origins if node in first]
+        total = sum(len(one) for one, _ in pairs)
+        return sum(int((one != other).sum()) for one, other in pairs) / total if total else None
+
+    def _on_problem(self, event: Problem, _: int) -> None:
+        if event.kind == "association":
+            self._instance = AssociationInstance.from_json(event.content_json)
+
+    def _on_origins(self, event: TruthOrigins, _: int) -> None:
+        self._origins[event.node] = np.asarray(event.target)
+
+    def _on_association(self, event: Association, _: int) -> None:
+        self._decisions[event.node][event.round] = np.asarray(event.target)
+
+
+class MarginalError:
+    """Distance of the hosts' marginals to the exact ones, where these can be computed."""
+
+    def __init__(self) -> None:
+        self._problem: Problem | None = None
+        self._beliefs: dict[int, np.ndarray[Any, Any]] = {}
+        self._names: dict[int, str] = {}
+
+    def handlers(self) -> Mapping[type[Any], Handler]:
+        """See `Observer.handlers`."""
+        return {Problem: self._on_problem, Marginals: self._on_marginals, VariablePlacement: self._on_placement}
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics; empty for another kind of problem, distances None where the exact answer is out of reach."""
+        if self._problem is None or not self._beliefs:
+            return {}
+        beliefs = {self._names[variable]: belief.tolist() for variable, belief in sorted(self._beliefs.items())}
+        try:
+            exact = exact_marginals_of(self._problem.content_json)
+        except ScenarioError:
+            return {"marginals": beliefs, "marginal_error_linf": None, "marginal_error_kl_nat": None}
+        worst = max(float(np.abs(self._beliefs[v] - exact[v]).max()) for v in self._beliefs)
+        divergence = sum(_kl(exact[v], self._beliefs[v]) for v in self._beliefs) / len(self._beliefs)
+        return {
+            "marginals": beliefs,
+            "marginals_exact": {self._names[v]: exact[v].tolist() for v in sorted(self._beliefs)},
+            "marginal_error_linf": worst,
+            "marginal_error_kl_nat": divergence if np.isfinite(divergence) else None,
+        }
+
+    def _on_problem(self, event: Problem, _: int) -> None:
+        if event.kind == "factor-graph":
+            self._problem = event
+
+    def _on_marginals(self, event: Marginals, _: int) -> None:
+        self._beliefs[event.variable] = np.asarray(event.probability)
+
+    def _on_placement(self, event: VariablePlacement, _: int) -> None:
+        self._names = dict(zip(map(int, event.variable), event.name, strict=True))
+
+
+def _kl(exact: np.ndarray[Any, Any], belief: np.ndarray[Any, Any]) -> float:
+    """Kullback-Leibler divergence of a belief from the exact marginal, in nats."""
+    some = exact > 0
+    with np.errstate(divide="ignore"):
+        return float(np.sum(exact[some] * (np.log(exact[some]) - np.log(belief[some]))))

@@ -1,0 +1,140 @@
+"""From a scenario file to a checked `Scenario`, with every finding at once."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from netsim.algorithms.registry import SHIPPED, Entry, load_own
+from netsim.errors import Finding, ScenarioError
+from netsim.problems.association import AssociationParameters, ListedTargets
+from netsim.reading import Document, Unknown, check_document, read_document
+from netsim.reading.remedies import nearest
+from netsim.scenario.schema import Scenario
+
+OPEN_PATHS = (("algorithm",), ("nodes", "*", "algorithm"))
+
+
+@dataclass(slots=True)
+class Registry:
+    """Finds algorithms by name for one scenario, and remembers which record belongs to which.
+
+    Args:
+        folder: Where the scenario lies.
+        plugins: Whether `module:Class` may be imported.
+    """
+
+    folder: Path
+    plugins: bool = True
+    found: dict[str, Entry] = field(default_factory=dict)
+
+    def resolve(self, name: str) -> type[Any] | Unknown:
+        """The parameter record of an algorithm, or what to tell the user."""
+        if name in SHIPPED:
+            self.found[name] = SHIPPED[name]
+        elif ":" in name and not self.plugins:
+            return Unknown("a shipped algorithm (--no-plugins is on)", f"one of {', '.join(SHIPPED)}")
+        elif ":" in name and name not in self.found:
+            try:
+                self.found[name] = load_own(name, self.folder)
+            except ScenarioError as error:
+                return Unknown("a class that can be imported", str(error))
+        elif ":" not in name:
+            guess = nearest(name, SHIPPED)
+            hint = f"did you mean `{guess}`? " if guess else ""
+            return Unknown("the name of an algorithm", f"{hint}Known: {', '.join(SHIPPED)}, or your own `module:Class`")
+        return self.found[name].record
+
+    def entry_of(self, record: Any) -> Entry:
+        """The algorithm a validated parameter record belongs to."""
+        return self.found[record.type]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedScenario:
+    """A valid scenario and where it came from.
+
+    Attributes:
+        scenario: The scenario.
+        path: Its file.
+        document: What was read, for findings about single values.
+        registry: The algorithms it names.
+    """
+
+    scenario: Scenario
+    path: Path
+    document: Document
+    registry: Registry
+
+    @property
+    def folder(self) -> Path:
+        """What relative paths in the scenario are relative to."""
+        return self.path.parent
+
+
+def load(path: Path | str, overrides: Sequence[str] = (), *, plugins: bool = True) -> LoadedScenario:
+    """Read and check a scenario.
+
+    Args:
+        path: The YAML file.
+        overrides: `path=value` each, applied over the file.
+        plugins: Whether algorithms named `module:Class` may be imported.
+
+    Raises:
+        ScenarioError: With every finding.
+    """
+    loaded, findings = inspect(path, overrides, plugins=plugins)
+    if findings or loaded is None:
+        raise ScenarioError(findings)
+    return loaded
+
+
+def inspect(
+    path: Path | str, overrides: Sequence[str] = (), *, plugins: bool = True
+) -> tuple[LoadedScenario | None, list[Finding]]:
+    """Read a scenario and list everything wrong with it; the scenario is None if anything is.
+
+    Raises:
+        ScenarioError: If there is nothing to check: no such file, or not YAML.
+    """
+    path = Path(path)
+    document = read_document(path, overrides)
+    registry = Registry(path.parent, plugins)
+    scenario, findings = check_document(document, Scenario, dict.fromkeys(OPEN_PATHS, registry.resolve))
+    if not findings:
+        findings = list(_across(scenario, document))
+    if findings:
+        return None, findings
+    return LoadedScenario(scenario, path, document, registry), []
+
+
+def _across(scenario: Scenario, document: Document) -> Iterator[Finding]:
+    """Findings that concern more than one value."""
+    yield from _group_names(scenario, document)
+    yield from _targets_in_field(scenario, document)
+
+
+def _group_names(scenario: Scenario, document: Document) -> Iterator[Finding]:
+    seen: set[str] = set()
+    for index, group in enumerate(scenario.nodes):
+        if group.name in seen:
+            yield document.finding(
+                ("nodes", index, "name"), "a name no other group has", repr(group.name), "rename one of the groups"
+            )
+        seen.add(group.name)
+
+
+def _targets_in_field(scenario: Scenario, document: Document) -> Iterator[Finding]:
+    problem = scenario.problem
+    if not isinstance(problem, AssociationParameters) or not isinstance(problem.targets, ListedTargets):
+        return
+    left, bottom = scenario.field.origin_m
+    right, top = left + scenario.field.width_m, bottom + scenario.field.height_m
+    for index, (x_m, y_m) in enumerate(problem.targets.positions_m):
+        if not (left <= x_m <= right and bottom <= y_m <= top):
+            yield document.finding(
+                ("problem", "targets", "positions_m", index),
+                f"a position inside the field, x {left:g} to {right:g} m and y {bottom:g} to {top:g} m",
+                f"[{x_m:g}, {y_m:g}]",
+                "move the target or enlarge `field`",
+            )

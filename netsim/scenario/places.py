@@ -1,0 +1,156 @@
+"""From node groups to numbered nodes with positions and devices."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from netsim.errors import Finding, ScenarioError
+from netsim.models.device_tables import load_battery, load_cpu, load_radio
+from netsim.models.devices import MAINS, BatteryDevice, CpuDevice, RadioDevice
+from netsim.models.node_files import PlacedNode
+from netsim.models.placement import positions
+from netsim.models.sensors import SensorDevice, sensor_device
+from netsim.reading import Path as ValuePath
+from netsim.rng import Streams
+from netsim.scenario.load import LoadedScenario
+from netsim.scenario.schema import BatteryParameters, CapacityBattery, DeviceBattery, NodeGroup
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One node before it is built.
+
+    Attributes:
+        id: Its number.
+        name: For people.
+        group: The group it belongs to.
+        group_index: Position of that group in the scenario.
+        x_m: Position.
+        y_m: Position.
+        radio: Radio device.
+        cpu: Processor.
+        battery: Energy supply.
+        sensor: Sensor; None for a node without.
+    """
+
+    id: int
+    name: str
+    group: NodeGroup
+    group_index: int
+    x_m: float
+    y_m: float
+    radio: RadioDevice
+    cpu: CpuDevice
+    battery: BatteryDevice
+    sensor: SensorDevice | None
+
+
+def places(loaded: LoadedScenario, streams: Streams) -> list[Place]:
+    """Every node of a scenario, ascending by id.
+
+    Nodes from a CSV file keep the ids they have there; the others take the lowest free ids in the order of the groups.
+
+    Raises:
+        ScenarioError: With every finding: missing device or CSV files, ids used twice, powers a radio does not have.
+    """
+    findings: list[Finding] = []
+    found: list[tuple[int, PlacedNode]] = []
+    for index, group in enumerate(loaded.scenario.nodes):
+        with _Collected(findings, loaded, ("nodes", index, "placement")):
+            found += [(index, placed) for placed in _positions(loaded, group, streams)]
+    findings += _twice(loaded, found)
+    devices = [_devices(loaded, index, group, findings) for index, group in enumerate(loaded.scenario.nodes)]
+    if findings:
+        raise ScenarioError(findings)
+    return sorted(_numbered(loaded, found, devices), key=lambda place: place.id)
+
+
+def positions_m(nodes: Sequence[Place]) -> NDArray[np.float64]:
+    """Positions of nodes, shape (N, 2)."""
+    return np.array([(place.x_m, place.y_m) for place in nodes], dtype=float).reshape(-1, 2)
+
+
+class _Collected:
+    """Turns a `ScenarioError` inside the block into findings at a value of the scenario."""
+
+    def __init__(self, findings: list[Finding], loaded: LoadedScenario, path: ValuePath) -> None:
+        self._findings = findings
+        self._loaded = loaded
+        self._path = path
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        if not isinstance(error, ScenarioError):
+            return False
+        if error.findings:
+            self._findings.extend(error.findings)
+        else:
+            self._findings.append(self._loaded.document.finding(self._path, "a usable value", str(error)))
+        return True
+
+
+def _positions(loaded: LoadedScenario, group: NodeGroup, streams: Streams) -> list[PlacedNode]:
+    field = loaded.scenario.field
+    rectangle = (*field.origin_m, field.width_m, field.height_m)
+    return positions(group.placement, rectangle, streams, group.name, loaded.folder)
+
+
+def _twice(loaded: LoadedScenario, found: Sequence[tuple[int, PlacedNode]]) -> Iterator[Finding]:
+    seen: dict[int, int] = {}
+    for index, placed in found:
+        if placed.id is None:
+            continue
+        if placed.id in seen:
+            yield loaded.document.finding(
+                ("nodes", index, "placement"),
+                "node ids that no other group uses",
+                f"id {placed.id}, which group {loaded.scenario.nodes[seen[placed.id]].name} has too",
+                "renumber the nodes of one of the files",
+            )
+        seen[placed.id] = index
+
+
+_Devices = tuple[RadioDevice, CpuDevice, BatteryDevice, SensorDevice | None]
+
+
+def _devices(loaded: LoadedScenario, index: int, group: NodeGroup, findings: list[Finding]) -> _Devices | None:
+    before = len(findings)
+    folder = loaded.folder
+    with _Collected(findings, loaded, ("nodes", index, "radio")):
+        radio = load_radio(group.radio, folder)
+        with _Collected(findings, loaded, ("nodes", index, "tx_power_dbm")):
+            radio.transmit_power_mw(group.tx_power_dbm)
+    with _Collected(findings, loaded, ("nodes", index, "cpu")):
+        cpu = load_cpu(group.cpu, folder)
+    with _Collected(findings, loaded, ("nodes", index, "battery", "device")):
+        battery = _battery(loaded, group.battery)
+    if len(findings) > before:
+        return None
+    has_sensor = group.role == "sensor" and group.sensor is not None
+    return radio, cpu, battery, sensor_device(group.sensor) if has_sensor and group.sensor is not None else None
+
+
+def _battery(loaded: LoadedScenario, battery: BatteryParameters) -> BatteryDevice:
+    if isinstance(battery, DeviceBattery):
+        return load_battery(battery.device, loaded.folder)
+    if isinstance(battery, CapacityBattery):
+        return BatteryDevice("capacity", battery.energy_j)
+    return MAINS
+
+
+def _numbered(
+    loaded: LoadedScenario, found: Sequence[tuple[int, PlacedNode]], devices: Sequence[_Devices | None]
+) -> Iterator[Place]:
+    taken = {placed.id for _, placed in found if placed.id is not None}
+    free = (number for number in range(len(found) + len(taken)) if number not in taken)
+    for index, placed in found:
+        device = devices[index]
+        if device is None:
+            continue
+        number = next(free) if placed.id is None else placed.id
+        name = placed.name or f"n{number:02d}"
+        yield Place(number, name, loaded.scenario.nodes[index], index, placed.x_m, placed.y_m, *device)
