@@ -12,9 +12,9 @@ from netsim.trace.events import EnergyLedger, Event, NodeEnergy
 from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
-STEPS_BETWEEN_LOOKS = 1024
-Progress = Callable[[int], None]
-"""Called now and then with the simulated time in nanoseconds."""
+STEPS_BETWEEN_LOOKS = 512
+Progress = Callable[[int], bool]
+"""Called now and then with the simulated time in nanoseconds; False ends the run there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,6 @@ class Simulation:
 
         Raises:
             InvariantError: If the simulation breaks one of its laws, such as the closure of energy.
-            KeyboardInterrupt: As it comes; call `conclude` to close the books of the part that was run.
         """
         self._active = len(self._members)
         for event in self._opening:
@@ -87,7 +86,7 @@ class Simulation:
             self._sample_energy(None)
         for member in self._members.values():
             member.node.start(member.algorithm, member.handle)
-        self._loop(progress or (lambda now_ns: None))
+        self._loop(progress or (lambda now_ns: True))
 
     def conclude(self) -> None:
         """Close every node's energy account at the present instant and check that it balances."""
@@ -119,8 +118,8 @@ class Simulation:
             countdown -= 1
             if countdown == 0:
                 countdown = STEPS_BETWEEN_LOOKS
-                progress(self._clock.now_ns)
-        progress(self._clock.now_ns)
+                if not progress(self._clock.now_ns):
+                    break
 
     def _is_over(self) -> bool:
         if self._active > 0:
