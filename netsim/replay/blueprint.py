@@ -60,9 +60,9 @@ def _curves(present: Collection[str], on_battery: bool, curves: int) -> rrb.Tabs
             "Energy left (J)" if on_battery else "Energy consumed (J)",
             *_energy_legend(on_battery, curves),
         ),
-        ("/plots/messages", "Messages per second", rrb.Corner2D.RightTop, True),
-        ("/plots/senders", "Graph messages per round", rrb.Corner2D.RightTop, True),
-        ("/plots/accuracy", "Association accuracy", rrb.Corner2D.RightBottom, True),
+        ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),
+        ("/plots/senders", "Senders per round", rrb.Corner2D.RightTop, True),
+        ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
     )
     views = [
         rrb.TimeSeriesView(origin=origin, name=name, plot_legend=rrb.PlotLegend(corner=corner, visible=legend))

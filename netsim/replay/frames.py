@@ -9,7 +9,7 @@ from rerun.chunk import Chunk
 
 from netsim.replay import style
 from netsim.replay.flights import NO_FLIGHTS, Air, Flights, Rows
-from netsim.replay.scene import Scene, static
+from netsim.replay.scene import Scene, legend, static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
 from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame
@@ -50,6 +50,10 @@ class FrameTrack:
         pace = self._setting.pace
         for rows in self._air.advance(NO_FLIGHTS, pace.end_ns + pace.hold_ns + 2 * pace.tick_ns):
             yield from self._chunks(rows)
+        kinds = self._setting.kinds
+        names = [*kinds.names, "lost", "collided"]
+        colours = [*(kinds.colour(number) for number in range(len(kinds.names))), style.LOST, style.COLLIDED]
+        yield legend(self._setting.scene, names, colours)
 
     def _flights(self, batch: Batch) -> Flights:
         listener, lengths = batch.rows("rx_node")

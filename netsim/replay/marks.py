@@ -109,14 +109,20 @@ class TargetTrack:
         if not self._begun:
             self._begun = True
             look = rr.Points2D.from_fields(
-                colors=[style.TARGET], radii=[self._radius_m], show_labels=True, draw_order=style.ORDER["targets"]
+                colors=[style.TARGET], radii=[self._radius_m], draw_order=style.ORDER["targets"]
             )
             yield static("/map/targets", look)
+            names = rr.Points2D.from_fields(
+                colors=[style.LABEL], radii=[-0.1], show_labels=True, draw_order=style.ORDER["targets"]
+            )
+            yield static("/map/targets/labels", names)
         target, lengths = batch.rows("target")
         positions = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
         labels = [f"target {number}" for number in target]
-        columns = rr.Points2D.columns(positions=positions, labels=labels)
-        yield timed("/map/targets", batch.time_ns, columns.partition(lengths))
+        discs = rr.Points2D.columns(positions=positions)
+        yield timed("/map/targets", batch.time_ns, discs.partition(lengths))
+        labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 1.6 * self._radius_m]), labels=labels)
+        yield timed("/map/targets/labels", batch.time_ns, labelled.partition(lengths))
 
     def finish(self) -> Iterator[Chunk]:
         """Nothing."""

@@ -14,6 +14,11 @@ from netsim.replay.source import Batch
 from netsim.replay.track import Setting, scalars
 from netsim.trace.events import Association, GraphMessages, MessageSent, NodeEnergy, TruthOrigins
 
+_ROUND_CURVES = {
+    "variables that sent": style.MOST,
+    "graph messages": style.MEAN,
+    "graph messages over the air": style.KIND_COLOURS[0],
+}
 _SUMMARY = {"least": style.LEAST, "mean": style.MEAN, "most": style.MOST}
 
 
@@ -101,29 +106,35 @@ class RateTrack:
 
 
 class RoundTrack:
-    """Graph messages of each round: all, and those that went over the air; shown at the round's last message."""
+    """What was sent in each round: variables that sent, graph messages, and those that went over the air."""
 
     topics = (GraphMessages.topic,)
 
     def __init__(self, setting: Setting) -> None:
-        self._totals: defaultdict[int, NDArray[np.int64]] = defaultdict(lambda: np.zeros(3, np.int64))
+        # A round's last instant, variables that sent, messages, messages over the air.
+        self._totals: defaultdict[int, NDArray[np.int64]] = defaultdict(lambda: np.zeros(4, np.int64))
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """Add up; the curve is told at the end."""
-        remote, lengths = batch.rows("remote")
-        event = np.repeat(np.arange(len(lengths)), lengths)
-        over_air = np.bincount(event, remote != 0, len(lengths)).astype(np.int64)
-        for number, time_ns, sent, aired in zip(batch.numbers("round"), batch.time_ns, lengths, over_air, strict=True):
+        """Add up; the curves are told at the end."""
+        remote, messages = batch.rows("remote")
+        source, _ = batch.rows("source")
+        event = np.repeat(np.arange(len(messages)), messages)
+        aired = np.bincount(event, remote != 0, len(messages))
+        # A variable lives on one node and a node tells of a round once, so no variable is counted twice.
+        senders = np.bincount(np.unique(np.column_stack([event, source]), axis=0)[:, 0], minlength=len(messages))
+        table = np.column_stack([senders, messages, aired]).astype(np.int64)
+        for number, time_ns, row in zip(batch.numbers("round"), batch.time_ns, table, strict=True):
             total = self._totals[int(number)]
-            total[:] = max(total[0], time_ns), total[1] + sent, total[2] + aired
+            total[0] = max(total[0], time_ns)
+            total[1:] += row
         yield from ()
 
     def finish(self) -> Iterator[Chunk]:
-        """Two curves over the rounds."""
+        """Three curves over the rounds, each round at its last instant."""
         if not self._totals:
             return
         table = np.array([self._totals[number] for number in sorted(self._totals)])
-        for column, name, colour in ((1, "sent", style.MEAN), (2, "over the air", style.KIND_COLOURS[0])):
+        for column, (name, colour) in enumerate(_ROUND_CURVES.items(), start=1):
             entity = f"/plots/senders/{name.replace(' ', '_')}"
             yield static(entity, rr.SeriesLines(colors=[colour], names=[name], widths=[2.0]))
             yield scalars(entity, table[:, 0], table[:, column])

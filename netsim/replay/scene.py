@@ -3,7 +3,7 @@
 Coordinates on the map are metres with y negated, since 2-D views point y down.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from netsim.trace.reader import read_trace
 
 _STATIC_TOPICS = {event_type.topic for event_type in (NodeTable, LinkTable, FieldInfo, VariablePlacement)}
 _MARGIN = 0.03
+_LEGEND_HEIGHT = 0.04
 _LABEL_DROP = 1.4
 _VARIABLE_OFFSET = 1.5  # radii from the host, so that a variable is seen beside its node
 
@@ -53,8 +54,10 @@ class Scene:
     def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Ranges of x and y that show the whole map with a margin."""
         low, high = _outline(self)
-        margin = _MARGIN * float(max(high - low)) + (0.0 if self.field else 4 * self.radius_m)
-        return (float(low[0] - margin), float(high[0] + margin)), (float(low[1] - margin), float(high[1] + margin))
+        extent = float(max(high - low))
+        margin = _MARGIN * extent + (0.0 if self.field else 4 * self.radius_m)
+        bottom = high[1] + margin + _LEGEND_HEIGHT * extent
+        return (float(low[0] - margin), float(high[0] + margin)), (float(low[1] - margin), float(bottom))
 
 
 def load_scene(path: Path) -> Scene:
@@ -111,6 +114,21 @@ def scene_chunks(scene: Scene) -> Iterator[Chunk]:
     yield from _link_chunks(scene)
     yield from _model_chunks(scene)
     yield from _node_chunks(scene)
+
+
+def legend(scene: Scene, names: Sequence[str], colours: Sequence[style.Rgba]) -> Chunk:
+    """Names in their colours in a row below the map."""
+    (left, right), (_, bottom) = scene.bounds()
+    places = left + (right - left) * (np.arange(len(names)) + 0.5) / len(names)
+    drop = bottom - _LEGEND_HEIGHT * (right - left)
+    points = rr.Points2D(
+        np.column_stack([places, np.full(len(names), drop)]),
+        colors=list(colours),
+        radii=[-0.1],
+        labels=list(names),
+        show_labels=True,
+    )
+    return static("/map/legend", points)
 
 
 def static(entity: str, archetype: rr.AsComponents) -> Chunk:

@@ -26,7 +26,7 @@ _START_S = 30.0
 _ATTEMPTS = 5
 _SETTLE_S = 0.4
 _STOP_S = 5.0
-_NOTICES_S = 5.0  # notices of the start lie over the picture for so long
+_NOTICES_S = 4.5
 _NO_GRAPHICS = ("No graphics adapter", "failed to find a suitable", "No suitable graphics", "NoSuitableAdapter")
 _REMEDY = "no Vulkan driver to draw with: apt-get install mesa-vulkan-drivers libvulkan1"
 
@@ -84,9 +84,12 @@ def picture(rrd: Path, at_s: float, size: tuple[int, int]) -> tuple[bytes, list[
         started = time.monotonic()
         client = ViewerClient.connect(f"rerun+http://{_LOOPBACK}:{port}/proxy")
         _retry(process, errors, lambda: client.open(str(rrd)))
-        _retry(process, errors, client.take_screenshot)  # compiles the shaders, which can exceed the time limit
         client.set_time(TIMELINE, duration=float(at_s), play_state="paused")
-        time.sleep(max(_SETTLE_S, started + _NOTICES_S - time.monotonic()))
+        # The first picture compiles the shaders, which can exceed the viewer's time limit; notices of the start lie over
+        # the next ones, and go only while pictures are drawn.
+        while time.monotonic() < started + _NOTICES_S:
+            _retry(process, errors, client.take_screenshot)
+            time.sleep(_SETTLE_S)
         image = _retry(process, errors, client.take_screenshot)
         reports = [f"{view.name}: {report}" for view in client.get_state().views for report in view.reports]
         return image, reports
