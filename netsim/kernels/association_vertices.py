@@ -11,7 +11,7 @@ from netsim.kernels.association_likelihood import false_alarm_log_density, log_e
 from netsim.kernels.association_model import AssociationInstance, AssociationKnowledge, CoveredTarget, SensorModel
 from netsim.kernels.injections import check_states, count_injections, injections, left_over
 from netsim.kernels.semiring import FloatArray
-from netsim.kernels.sensor_vertex import SensorVertex, TargetGroup
+from netsim.kernels.sensor_vertex import SensorVertex, SharedEvidence, TargetGroup
 from netsim.kernels.target_vertex import TargetVertex
 from netsim.kernels.vertex import Vertex
 
@@ -86,11 +86,10 @@ def _shared_group(
         states = _target_states(knowledge, measured, members[0])
         return TargetGroup(targets, neighbour, here, local, None, np.full(len(here.states), states))
     there = injections(len(members), len(measured[neighbour]))
-    check_states(len(here.states) * len(there.states), "the compatibility of two sensors' associations")
-    edge = np.zeros((len(here.states), len(there.states)))
-    for column, covered in enumerate(members):
-        table = _evidence(knowledge.model, covered, [measured[knowledge.sensor], measured[neighbour]])
-        edge += table[here.states[:, column, None], there.states[:, column]]
+    points = [measured[knowledge.sensor], measured[neighbour]]
+    most = max(here.grid[0], there.grid[0]) ** (len(members) + 1)
+    check_states(most, f"the compatibility of two sensors that share {len(members)} targets")
+    edge = SharedEvidence(tuple(_evidence(knowledge.model, covered, points) for covered in members), there)
     counts = _counts(knowledge.covered[neighbour] - len(members), len(measured[neighbour]))
     return TargetGroup(targets, neighbour, here, local, edge, counts[there.used])
 

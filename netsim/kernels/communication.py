@@ -60,22 +60,31 @@ def divergence(new_log: FloatArray, old_log: FloatArray, multiplicity: FloatArra
     Returns:
         The divergence in nats or bits; infinity when M has a state that Q lacks.
     """
-    possible = ~np.isneginf(new_log)
-    if np.isneginf(old_log[possible]).any():
+    possible = new_log > -np.inf
+    lost = 0.0
+    if not possible.all():
+        lost = float(multiplicity[~possible] @ np.exp(old_log[~possible]))
+        new_log, old_log, multiplicity = new_log[possible], old_log[possible], multiplicity[possible]
+    if old_log.min() == -np.inf:
         return np.inf
-    new, old, count = new_log[possible], old_log[possible], multiplicity[possible]
-    step = new - old
-    small = np.abs(step) < 1.0
-    near = np.exp(new) * (np.expm1(-np.where(small, step, 0.0)) + np.where(small, step, 0.0))
-    far = np.exp(new) * (step - 1.0) + np.exp(old)
-    lost = np.sum(multiplicity[~possible] * np.exp(old_log[~possible]))
-    total = max(float(np.sum(count * np.where(small, near, far)) + lost), 0.0)
+    total = float(multiplicity @ _bregman(new_log, old_log)) + lost
     return total / float(np.log(2.0)) if base == "2" else total
 
 
-def normalise_over_states(message: FloatArray, multiplicity: FloatArray) -> FloatArray:
+def _bregman(new_log: FloatArray, old_log: FloatArray) -> FloatArray:
+    """M ln (M / Q) - M + Q, without cancellation where both are close."""
+    step = new_log - old_log
+    small = np.abs(step) < 1.0
+    near = np.where(small, step, 0.0)
+    close: FloatArray = np.exp(new_log) * np.maximum(np.expm1(-near) + near, 0.0)
+    if small.all():
+        return close
+    return np.where(small, close, np.exp(new_log) * (step - 1.0) + np.exp(old_log))
+
+
+def normalise_over_states(message: FloatArray, log_multiplicity: FloatArray) -> FloatArray:
     """Shift a log message so that it sums to one over the receiver's states rather than over its entries."""
-    return np.asarray(log_normalise(message + np.log(multiplicity)) - np.log(multiplicity))
+    return np.asarray(log_normalise(message + log_multiplicity) - log_multiplicity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,13 +113,14 @@ class EdgeMemory:
     def __init__(self, rule: CommunicationRule, multiplicity: FloatArray) -> None:
         self._rule = rule
         self._multiplicity = multiplicity if rule.support == "full" else np.ones(len(multiplicity))
+        self._log_multiplicity = np.log(self._multiplicity)
         self._generated = uniform(len(multiplicity))
         ones = rule.first_round == "ones"
         self._reference = np.zeros(len(multiplicity)) if ones else self._over_states(self._generated)
         self._first = True
 
     def _over_states(self, message: FloatArray) -> FloatArray:
-        return normalise_over_states(message, self._multiplicity)
+        return normalise_over_states(message, self._log_multiplicity)
 
     def decide(self, computed: FloatArray) -> Decision:
         """Whether to send a newly computed message; remembers what the next one is compared with."""

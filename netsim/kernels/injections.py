@@ -7,7 +7,7 @@ lexicographic. Which measurements one uses is a bit mask, bit `a - 1` for measur
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import comb, factorial
+from math import comb, factorial, prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,8 @@ class Injections:
         states: Shape (n, targets), canonical order; entry 0 is missed, a is measurement a - 1.
         masks: Measurements used by each, shape (n,).
         used: How many measurements each uses, shape (n,).
+        cells: Position of each in the flattened grid of all tuples, valid or not, shape (n,).
+        grid: Shape of that grid, (q + 1,) a target.
         order: Permutation that sorts the states by mask, stable.
         starts: Where each mask begins in that order, shape (m,).
         unions: For every mask S of used measurements (rows) and each of the m masks T (columns), the mask of both, or
@@ -62,6 +64,8 @@ class Injections:
     states: IntArray
     masks: IntArray
     used: IntArray
+    cells: IntArray
+    grid: tuple[int, ...]
     order: IntArray
     starts: IntArray
     unions: IntArray
@@ -91,6 +95,12 @@ class Injections:
         """
         padded = np.append(table, -np.inf)
         return reduce(semiring, padded[self.unions] + self.by_mask(weights, semiring), 1)
+
+    def on_grid(self, weights: FloatArray) -> FloatArray:
+        """Log weights of the states on the grid of all tuples, -inf where a tuple uses a measurement twice."""
+        dense = np.full(self.grid, -np.inf)
+        dense.reshape(-1)[self.cells] = weights
+        return dense
 
     def after(self, table: FloatArray, used_mask: int) -> FloatArray:
         """Value of a table once each state is added to a mask already used; -inf where they overlap. Shape (n,)."""
@@ -125,7 +135,12 @@ def injections(targets: int, measurements: int) -> Injections:
     masks = np.where(states > 0, 1 << np.maximum(states - 1, 0), 0).sum(axis=1)
     order = np.argsort(masks, kind="stable")
     distinct, starts = np.unique(masks[order], return_index=True)
-    made = Injections(states, masks, (states > 0).sum(axis=1), order, starts, _unions(distinct, measurements))
-    for array in (made.states, made.masks, made.used, made.order, made.starts, made.unions):
+    grid = (measurements + 1,) * targets
+    check_states(prod(grid), "the joint association of targets shared by two sensors")
+    cells = states @ np.array([prod(grid[axis + 1 :]) for axis in range(targets)], dtype=np.int64)
+    made = Injections(
+        states, masks, (states > 0).sum(axis=1), cells, grid, order, starts, _unions(distinct, measurements)
+    )
+    for array in (made.states, made.masks, made.used, made.cells, made.order, made.starts, made.unions):
         array.setflags(write=False)
     return made

@@ -32,13 +32,13 @@ def reduce(semiring: Semiring, array: FloatArray, axis: int | tuple[int, ...] | 
     Returns:
         The array without those axes; -inf where every entry is -inf.
     """
-    peak = np.max(array, axis=axis, keepdims=True)
     if semiring is Semiring.MAX:
-        return np.asarray(np.max(peak, axis=axis))
+        return np.asarray(array.max(axis=axis))
+    peak = array.max(axis=axis, keepdims=True)
     shift = np.where(np.isneginf(peak), 0.0, peak)
-    total = np.sum(np.exp(array - shift), axis=axis)
+    total = np.exp(array - shift).sum(axis=axis)
     with np.errstate(divide="ignore"):
-        return np.asarray(np.log(total) + np.max(shift, axis=axis))
+        return np.asarray(np.log(total) + shift.max(axis=axis))
 
 
 def log_normalise(message: FloatArray) -> FloatArray:

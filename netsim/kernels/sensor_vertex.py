@@ -18,6 +18,34 @@ from netsim.kernels.vertex import Incoming
 
 
 @dataclass(frozen=True, eq=False)
+class SharedEvidence:
+    """The edge potential of two sensors: the product over shared targets of the evidence of their measurements.
+
+    As a matrix over the injections at both ends it would have 10^7 entries and more where sensors share five targets. As a
+    product it acts on a message target by target, each step replacing the choice here by the choice there.
+
+    Attributes:
+        tables: For each shared target log evidence, shape (q here + 1, q there + 1).
+        there: How the shared targets can share out the other sensor's measurements.
+    """
+
+    tables: tuple[FloatArray, ...]
+    there: Injections
+
+    def carry(self, here: FloatArray, semiring: Semiring) -> FloatArray:
+        """From log weights on the grid of tuples here to those of the injections there."""
+        for table in self.tables:
+            spread = table.reshape(len(table), *(1,) * (here.ndim - 1), -1)
+            here = reduce(semiring, here[..., None] + spread, 0)
+        return here.reshape(-1)[self.there.cells]
+
+    def operations(self) -> int:
+        """Two operations for each pair of a choice here and a choice there, in each step."""
+        here, there, shared = len(self.tables[0]), self.there.grid[0], len(self.tables)
+        return int(2 * sum(here ** (shared - step) * there ** (step + 1) for step in range(shared)))
+
+
+@dataclass(frozen=True, eq=False)
 class TargetGroup:
     """Targets that a sensor shares with the same neighbour, or one that it alone covers.
 
@@ -26,8 +54,8 @@ class TargetGroup:
         neighbour: Vertex at the other end: a sensor, or the target's own vertex; None for an exclusive target.
         injections: How these targets can share out the sensor's measurements.
         local: Log node potential of each injection: detections, misses and, for an exclusive target, evidence.
-        edge: Log edge potential with another sensor, shape (injections here, injections there); None otherwise: towards
-            a target's vertex the injection itself is the message's index.
+        edge: Log edge potential with another sensor, eq (9); None otherwise: towards a target's vertex the injection
+            itself is the message's index.
         multiplicity: For each entry of the outgoing message, how many states of the receiver it stands for.
     """
 
@@ -35,7 +63,7 @@ class TargetGroup:
     neighbour: int | None
     injections: Injections
     local: FloatArray
-    edge: FloatArray | None
+    edge: SharedEvidence | None
     multiplicity: FloatArray
 
 
@@ -104,7 +132,7 @@ class SensorVertex:
         for group, table in zip(self._edges, tables, strict=True):
             here = group.local + table[group.injections.masks]
             if group.edge is not None:
-                here = reduce(semiring, group.edge + here[:, None], 0)
+                here = group.edge.carry(group.injections.on_grid(here), semiring)
             messages[group.neighbour] = log_normalise(here)
         return messages  # type: ignore[return-value]  # every group among the edges has a neighbour
 
@@ -223,7 +251,7 @@ class SensorVertex:
         return self.decide({}, Semiring.MAX)
 
     def operations(self) -> int:
-        """Three operations for each entry of the mask tables absorbed and two for each of the edge potentials."""
+        """Three operations for each entry of the mask tables absorbed, and those of the edge potentials."""
         depth = max(len(self._edges) - 1, 0).bit_length()
         absorbed = sum(group.injections.unions.size + len(group.local) for group in self._edges)
-        return 3 * depth * absorbed + 2 * sum(group.edge.size for group in self._edges if group.edge is not None)
+        return 3 * depth * absorbed + sum(group.edge.operations() for group in self._edges if group.edge is not None)

@@ -6,23 +6,23 @@ The model itself is the truth here: there is nothing to sense, and the exact ans
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
-from annotated_types import Ge
 
 from netsim.errors import ScenarioError
 from netsim.kernels.factor_graph import Factor, FactorGraph, vertices_of
 from netsim.kernels.graph_files import parse_libdai, parse_uai
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vertex import Vertex
-from netsim.parameters import Name, NonNegative, PositiveInt, parameters
+from netsim.parameters import Name, parameters
+from netsim.problems.drawn_graphs import ChainGraph, GridGraph, TreeGraph, draw_graph
 from netsim.problems.problem import placement
 from netsim.rng import Streams
 from netsim.trace.events import Event, VariablePlacement
 
 Form = Literal["pairwise", "factor"]
-States = Annotated[int, Ge(2)]
 
 
 @parameters
@@ -33,59 +33,6 @@ class GraphFile:
     """Where the model comes from."""
     path: Name
     """The file, relative to the scenario."""
-
-
-@parameters
-class ChainGraph:
-    """A chain of variables with random potentials."""
-
-    type: Literal["chain"] = "chain"
-    """Where the model comes from."""
-    variables: PositiveInt = 10
-    """How many variables."""
-    states: States = 2
-    """States of each variable."""
-    coupling_sd: NonNegative = 1.0
-    """Standard deviation of the normal log potential of each pair of states of neighbours."""
-    field_sd: NonNegative = 1.0
-    """Standard deviation of the normal log potential of each state of a variable."""
-
-
-@parameters
-class TreeGraph:
-    """A random tree with random potentials: each variable joins one of those before it."""
-
-    type: Literal["tree"] = "tree"
-    """Where the model comes from."""
-    variables: PositiveInt = 10
-    """How many variables."""
-    states: States = 2
-    """States of each variable."""
-    coupling_sd: NonNegative = 1.0
-    """Standard deviation of the normal log potential of each pair of states of neighbours."""
-    field_sd: NonNegative = 1.0
-    """Standard deviation of the normal log potential of each state of a variable."""
-
-
-@parameters
-class GridGraph:
-    """A grid of variables with random potentials, rows and columns joined to the next."""
-
-    type: Literal["grid"] = "grid"
-    """Where the model comes from."""
-    rows: PositiveInt = 5
-    """How many rows."""
-    columns: PositiveInt = 5
-    """How many columns."""
-    states: States = 2
-    """States of each variable."""
-    coupling_sd: NonNegative = 1.0
-    """Standard deviation of the normal log potential of each pair of states of neighbours."""
-    field_sd: NonNegative = 1.0
-    """Standard deviation of the normal log potential of each state of a variable."""
-
-
-DrawnGraph = ChainGraph | TreeGraph | GridGraph
 
 
 @parameters
@@ -174,6 +121,13 @@ class GraphProblem:
         """`factor-graph`."""
         return "factor-graph"
 
+    @cached_property
+    def _vertices_by_node(self) -> dict[int, list[Vertex]]:
+        hosted: dict[int, list[Vertex]] = {}
+        for vertex in self.instance.vertices():
+            hosted.setdefault(self.instance.hosts[vertex.id], []).append(vertex)
+        return hosted
+
     def instance_json(self) -> str:
         """The instance; read it with `GraphInstance.from_json`."""
         return self.instance.to_json()
@@ -185,7 +139,7 @@ class GraphProblem:
     def knowledge(self, node: int) -> GraphKnowledge:
         """The vertices a node hosts, perhaps none."""
         hosts = self.instance.hosts
-        mine = tuple(vertex for vertex in self.instance.vertices() if hosts[vertex.id] == node)
+        mine = tuple(self._vertices_by_node.get(node, ()))
         met = sorted({other for vertex in mine for other in (vertex.id, *vertex.neighbours)})
         return GraphKnowledge(node, mine, {vertex: hosts[vertex] for vertex in met})
 
@@ -204,35 +158,6 @@ class GraphProblem:
         names = {v.id: f"variable {v.id}" if v.id < count else f"factor {v.id - count}" for v in vertices}
         edges = [(v.id, other) for v in vertices for other in v.neighbours if v.id < other]
         return placement(dict(enumerate(self.instance.hosts)), names, edges)
-
-
-def draw_graph(parameters: DrawnGraph, rng: np.random.Generator) -> FactorGraph:
-    """A pairwise model with normal log potentials: a factor a variable, then one an edge.
-
-    Args:
-        parameters: Shape and strength.
-        rng: Random stream.
-    """
-    count, pairs = _shape(parameters, rng)
-    states = parameters.states
-    unary = np.exp(parameters.field_sd * rng.standard_normal((count, states)))
-    coupling = np.exp(parameters.coupling_sd * rng.standard_normal((len(pairs), states, states)))
-    fields = [Factor((variable,), table) for variable, table in enumerate(unary)]
-    edges = [Factor(pair, table) for pair, table in zip(pairs, coupling, strict=True)]
-    return FactorGraph((states,) * count, (*fields, *edges))
-
-
-def _shape(parameters: DrawnGraph, rng: np.random.Generator) -> tuple[int, list[tuple[int, int]]]:
-    """Number of variables, and the edges with the lower variable first."""
-    if isinstance(parameters, GridGraph):
-        rows, columns = parameters.rows, parameters.columns
-        index = np.arange(rows * columns).reshape(rows, columns)
-        along = np.column_stack([index[:, :-1].ravel(), index[:, 1:].ravel()])
-        down = np.column_stack([index[:-1].ravel(), index[1:].ravel()])
-        return rows * columns, [(int(a), int(b)) for a, b in np.vstack([along, down])]
-    if isinstance(parameters, ChainGraph):
-        return parameters.variables, [(i, i + 1) for i in range(parameters.variables - 1)]
-    return parameters.variables, [(int(rng.integers(i)), i) for i in range(1, parameters.variables)]
 
 
 def parse_graph(text: str, name: str) -> FactorGraph:

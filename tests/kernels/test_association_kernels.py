@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netsim.errors import ScenarioError
+from netsim.kernels.assignment import best_assignment, joint_score
 from netsim.kernels.association_likelihood import false_alarm_log_density, log_evidence
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import hosted_vertices, instance_vertices
@@ -202,6 +203,39 @@ def test_injections_are_complete_and_ordered(targets, measurements):
     made = injections(targets, measurements)
     assert [tuple(row) for row in made.states.tolist()] == expected
     assert count_injections(targets, measurements) == len(expected)
+
+
+@pytest.mark.parametrize("false_alarms", ["strict", "geometric"])
+def test_sensors_that_share_many_targets(false_alarms):
+    """Five shared targets and seven measurements at each end: 9276 injections there, solved exactly all the same."""
+    coverage = [(0, 1)] * 5 + [(0,), (1,)]
+    problem = oracle.instance(coverage, [7, 7], 11, oracle.model(false_alarms))
+    vertices = instance_vertices(problem)
+    assert vertices[0].outgoing_size(1) == count_injections(5, 7)
+    result = run_synchronous(vertices, Semiring.MAX, 3)
+    exact = best_assignment(problem)
+    decisions = [vertex.decide(result.incoming[vertex.id]) for vertex in vertices]
+    assert joint_score(problem, decisions) == pytest.approx(exact.score, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_zero_tolerance_makes_the_decisions_of_max_product(seed):
+    """On loopy problems where max-product converges."""
+    problem = oracle.instance(LOOPY[seed % 3], [3, 2, 2], seed, oracle.model())
+    vertices = instance_vertices(problem)
+    standard = run_synchronous(vertices, Semiring.MAX, 200)
+    careful = run_synchronous(vertices, Semiring.MAX, 200, CommunicationRule(tolerance=0.0))
+    assert standard.converged_round is not None
+    for vertex in vertices[:3]:
+        expected = vertex.decide(standard.incoming[vertex.id])
+        np.testing.assert_array_equal(vertex.decide(careful.incoming[vertex.id]), expected)
+
+
+def test_cost_estimates_grow_with_the_tables():
+    small, large = (
+        instance_vertices(oracle.instance(LOOPY[1], counts, 8, oracle.model())) for counts in ([1, 1, 1], [3, 3, 3])
+    )
+    assert all(a.operations() < b.operations() for a, b in zip(small, large, strict=True))
 
 
 def test_too_many_states_are_refused():
