@@ -14,9 +14,10 @@ from netsim.replay.marks import DeathTrack, EstimateTrack, NodeColourTrack, Targ
 from netsim.replay.options import Pace, ReplayOptions, decide
 from netsim.replay.plots import AccuracyTrack, EnergyTrack, RateTrack, RoundTrack
 from netsim.replay.scene import Scene, load_scene, scene_chunks
-from netsim.replay.source import batches
+from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
 from netsim.replay.track import Kinds, Setting, Track
+from netsim.trace.events import Frame
 from netsim.trace.reader import last_time_ns
 
 _APPLICATION = "netsim"
@@ -46,14 +47,24 @@ class Conversion:
 
     def _chunks(self) -> Iterator[Chunk]:
         yield from scene_chunks(self.scene)
+        window_ns, lead_ns = self.pace.start_ns, max(0, self.pace.start_ns - self.pace.hold_ns - _LEAD_NS)
+        past = {topic for track in self._tracks if track.past for topic in track.topics} - {Frame.topic}
+        if lead_ns:
+            for batch in batches(self.trace, sorted(past), 0, lead_ns):
+                yield from self._fed(batch, window_ns)
         topics = sorted({topic for track in self._tracks for topic in track.topics})
-        start_ns = max(0, self.pace.start_ns - self.pace.hold_ns - _LEAD_NS)
-        for batch in batches(self.trace, topics, start_ns, self.pace.end_ns):
-            for track in self._tracks:
-                if batch.topic in track.topics:
-                    yield from track.take(batch)
+        for batch in batches(self.trace, topics, lead_ns, self.pace.end_ns):
+            yield from self._fed(batch, window_ns)
         for track in self._tracks:
             yield from track.finish()
+
+    def _fed(self, batch: Batch, window_ns: int) -> Iterator[Chunk]:
+        """What the tracks make of a batch; what was before the window goes only to those that want it."""
+        inside = batch if batch.time_ns[0] >= window_ns else batch.where(batch.time_ns >= window_ns)
+        for track in self._tracks:
+            given = batch if track.past else inside
+            if batch.topic in track.topics and len(given.time_ns):
+                yield from track.take(given)
 
 
 def convert(trace: Path, recording: rr.RecordingStream, options: ReplayOptions) -> None:

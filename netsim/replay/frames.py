@@ -28,6 +28,7 @@ class FrameTrack:
     """Every frame to every listener that it was meant for."""
 
     topics = (Frame.topic,)
+    past = True
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting

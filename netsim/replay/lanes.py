@@ -1,6 +1,7 @@
 """The radio time line: what every node's radio does, from frames and from the radios' own announcements."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import rerun as rr
@@ -23,6 +24,7 @@ class LaneTrack:
     """One lane a node: transmit and receive from the frames, sleep and death as announced."""
 
     topics = (Frame.topic, RadioState.topic)
+    past = True
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
@@ -60,14 +62,21 @@ class LaneTrack:
     ) -> Iterator[Chunk]:
         """One chunk a node that has something new; rows of one instant keep the order in which they come."""
         row = self._setting.scene.rows(node)
-        inside = (row >= 0) & self._setting.shown[row] & (time_ns >= self._setting.pace.start_ns)
-        row, time_ns, state = row[inside], time_ns[inside], state[inside]
         order = np.lexsort((time_ns, row))
+        order = order[(row[order] >= 0) & self._setting.shown[row[order]]]
         row, time_ns, state = row[order], time_ns[order], state[order]
+        keep = self._holds(row, time_ns)
+        row, time_ns, state = row[keep], np.maximum(time_ns[keep], self._setting.pace.start_ns), state[keep]
         starts = np.flatnonzero(np.diff(row, prepend=-1))
-        for begin, end in zip(starts, np.append(starts[1:], len(row)), strict=True):
+        for begin, end in pairwise([*starts, len(row)]):
             names = rr.StateChange.columns(state=list(_NAMES[state[begin:end]]))
             yield timed(self._entity(row[begin]), time_ns[begin:end], names)
+
+    def _holds(self, row: NDArray[np.int64], time_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """What is in the window, and each node's last state before it."""
+        old = time_ns < self._setting.pace.start_ns
+        followed = np.append((row[1:] == row[:-1]) & old[1:], False)
+        return np.asarray(~(old & followed[: len(old)]))
 
 
 def _frame_states(batch: Batch) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

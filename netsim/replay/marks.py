@@ -21,6 +21,7 @@ class NodeColourTrack:
     """Nodes coloured by the energy they have left; on mains power by their role."""
 
     topics = (NodeEnergy.topic,)
+    past = True
 
     def __init__(self, setting: Setting) -> None:
         self._scene = setting.scene
@@ -35,6 +36,8 @@ class NodeColourTrack:
         """One row of colours a sample."""
         if not self._begun:
             yield from self.finish()
+        before = batch.time_ns < self._start[0]
+        batch = batch.where(~before | ~np.append(before[1:], False))  # of those before, only the last still holds
         node, lengths = batch.rows("node")
         left_j, _ = batch.rows("left_j")
         row = self._scene.rows(node)
@@ -42,7 +45,8 @@ class NodeColourTrack:
         battery = np.isfinite(self._full_j[row])
         fraction = np.clip(left_j[battery] / np.maximum(self._full_j[row][battery], 1e-30), 0.0, 1.0)
         colours[battery] = style.energy_colours(fraction)
-        yield self._chunk(batch.time_ns, colours[np.argsort(_within_sample(row, lengths), kind="stable")], lengths)
+        time_ns = np.maximum(batch.time_ns, self._start[0])
+        yield self._chunk(time_ns, colours[np.argsort(_within_sample(row, lengths), kind="stable")], lengths)
 
     def finish(self) -> Iterator[Chunk]:
         """The colours of the start, if there was no sample."""
@@ -64,9 +68,11 @@ class DeathTrack:
     """Dark discs over the nodes that died."""
 
     topics = (NodeLife.topic,)
+    past = True
 
     def __init__(self, setting: Setting) -> None:
         self._scene = setting.scene
+        self._start_ns = setting.pace.start_ns
         self._dead: list[int] = []
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
@@ -81,7 +87,7 @@ class DeathTrack:
                 radii=[0.8 * self._scene.radius_m],
                 draw_order=style.ORDER["dead"],
             )
-            yield timed("/map/dead", np.array([time_ns]), _one_row(points))
+            yield timed("/map/dead", np.array([max(time_ns, self._start_ns)]), _one_row(points))
 
     def finish(self) -> Iterator[Chunk]:
         """Nothing."""
@@ -99,6 +105,7 @@ class TargetTrack:
     """The true targets."""
 
     topics = (TruthTargets.topic,)
+    past = False
 
     def __init__(self, setting: Setting) -> None:
         self._radius_m = 0.7 * setting.scene.radius_m
@@ -133,6 +140,7 @@ class EstimateTrack:
     """The latest estimate of each target, whoever made it, with its ellipse."""
 
     topics = (Estimate.topic,)
+    past = False
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting

@@ -26,6 +26,7 @@ class EnergyTrack:
     """Energy left a node, or energy consumed where all run on mains; many nodes as least, mean and most."""
 
     topics = (NodeEnergy.topic,)
+    past = False
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
@@ -73,6 +74,7 @@ class RateTrack:
     """Messages a second, by kind."""
 
     topics = (MessageSent.topic,)
+    past = False
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
@@ -109,6 +111,7 @@ class RoundTrack:
     """What was sent in each round: variables that sent, graph messages, and those that went over the air."""
 
     topics = (GraphMessages.topic,)
+    past = False
 
     def __init__(self, setting: Setting) -> None:
         # A round's last instant, variables that sent, messages, messages over the air.
@@ -144,8 +147,10 @@ class AccuracyTrack:
     """The fraction of measurements that are rightly assigned, over all nodes that have decided."""
 
     topics = (TruthOrigins.topic, Association.topic)
+    past = True
 
     def __init__(self, setting: Setting) -> None:
+        self._start_ns = setting.pace.start_ns
         self._truth: dict[int, NDArray[np.int64]] = {}
         self._decided: list[tuple[int, int, NDArray[np.int64]]] = []
 
@@ -169,7 +174,7 @@ class AccuracyTrack:
             if truth is not None and len(truth) == len(row):
                 right[node] = int((truth == row).sum()), len(row)
             total = sum(count for _, count in right.values())
-            if total:
+            if total and time_ns >= self._start_ns:
                 curve[time_ns] = sum(count for count, _ in right.values()) / total
         if curve:
             look = rr.SeriesLines(colors=[style.MOST], names=["rightly assigned"], widths=[2.0])

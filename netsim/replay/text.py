@@ -19,6 +19,7 @@ class LogTrack:
     """One text log of all that a reader of a log would look for."""
 
     topics = (Log.topic, MessageDropped.topic, NodeLife.topic, Role.topic, Association.topic)
+    past = False
 
     def __init__(self, setting: Setting) -> None:
         self._label = setting.label

@@ -25,6 +25,11 @@ class Track(Protocol):
         """The topics it wants to see."""
         ...
 
+    @property
+    def past(self) -> bool:
+        """Whether it wants what was before the window too, because that still holds or is still in the air."""
+        ...
+
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """What a batch adds to the replay."""
         ...

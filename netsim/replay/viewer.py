@@ -5,10 +5,13 @@ The viewer is a program of its own. It runs in a process group that is ended wit
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -27,8 +30,14 @@ _ATTEMPTS = 5
 _SETTLE_S = 0.4
 _STOP_S = 5.0
 _NOTICES_S = 4.5
-_NO_GRAPHICS = ("No graphics adapter", "failed to find a suitable", "No suitable graphics", "NoSuitableAdapter")
-_REMEDY = "no Vulkan driver to draw with: apt-get install mesa-vulkan-drivers libvulkan1"
+_REMEDIES = {
+    r"render context|graphics adapter|NoSuitableAdapter": (
+        "no Vulkan driver to draw with: apt-get install mesa-vulkan-drivers libvulkan1"
+    ),
+    r"WAYLAND_DISPLAY|DISPLAY is not set": "no screen to show the replay on; save it, serve it or take a screenshot",
+}
+_COLOUR_CODE = re.compile("\x1b\\[[0-9;]*m")
+_COMPLAINT = re.compile(r"panicked|error", re.IGNORECASE)
 
 
 def show(rrd: Path) -> None:
@@ -54,12 +63,11 @@ def serve(rrd: Path, announce: Callable[[str], None]) -> None:
     """
     web, data = _free_port(), _free_port()
     options = ("--serve-web", "--port", str(data), "--web-viewer-port", str(web))
-    with _viewer(*options, str(rrd)) as (process, errors):
+    with contextlib.suppress(KeyboardInterrupt), _viewer(*options, str(rrd)) as (process, errors):
         _await_port(process, errors, web)
         announce(f"http://{_LOOPBACK}:{web}/?url=rerun%2Bhttp://{_LOOPBACK}:{data}/proxy")
-        with contextlib.suppress(KeyboardInterrupt):
-            process.wait()
-            raise _failed(errors)
+        process.wait()
+        raise _failed(errors)
 
 
 def picture(rrd: Path, at_s: float, size: tuple[int, int]) -> tuple[bytes, list[str]]:
@@ -111,9 +119,23 @@ def _viewer(*options: str) -> Iterator[tuple[subprocess.Popen[bytes], IO[bytes]]
             start_new_session=True,
         )
         try:
-            yield process, errors
+            with _terminable():
+                yield process, errors
         finally:
             _end(process)
+
+
+@contextlib.contextmanager
+def _terminable() -> Iterator[None]:
+    """Let a polite request to terminate unwind this program, so that the viewer ends with it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -154,8 +176,9 @@ def _retry(process: subprocess.Popen[bytes], errors: IO[bytes], call: Callable[[
 def _failed(errors: IO[bytes]) -> NetsimError:
     """What to tell a user about a viewer that ended or does not answer."""
     errors.seek(0)
-    text = errors.read().decode(errors="replace")
-    if any(sign in text for sign in _NO_GRAPHICS):
-        return NetsimError(_REMEDY)
-    lines = [line for line in text.splitlines() if line.strip()]
-    return NetsimError(f"the viewer failed: {lines[-1] if lines else 'it does not answer'}")
+    text = _COLOUR_CODE.sub("", errors.read().decode(errors="replace"))
+    for sign, remedy in _REMEDIES.items():
+        if re.search(sign, text):
+            return NetsimError(remedy)
+    lines = [line for line in text.splitlines() if _COMPLAINT.search(line)]
+    return NetsimError(f"the viewer failed: {lines[0].strip() if lines else 'it does not answer'}")

@@ -1,0 +1,234 @@
+"""What a recording holds: exact rows for three frames worked out by hand, and everything that a whole run should show."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from rerun.chunk import McapReader, RrdReader
+from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
+
+from netsim import replay
+from netsim.errors import TraceError
+from netsim.replay import ReplayOptions
+from netsim.replay.options import decide, nice
+from netsim.trace.cdr import wire_types
+from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOME_CODE, Frame, LinkTable, NodeTable
+from netsim.trace.reader import read_trace
+from netsim.trace.writer import TraceWriter
+
+MS = 1_000_000
+Table = dict[str, list[dict[str, Any]]]
+
+
+def write_three_frames(path: Path) -> None:
+    """Nodes at (0, 0), (10, 0) and (0, 10): a broadcast, a collision and an acknowledgement."""
+    got, hit, ears = OUTCOME_CODE["received"], OUTCOME_CODE["collided"], ([-60.0] * 2, [9.0] * 2)
+    frames = [
+        Frame(0, 100 * MS, 102 * MS, 0, BROADCAST, "hello", 0, 20, 0, 1, 0.0, [1, 2], [got, got], *ears),
+        Frame(1, 100 * MS, 103 * MS, 1, 0, "data", 0, 20, 0, 2, 0.0, [0, 2], [hit, hit], *ears),
+        Frame(2, 400 * MS, 401 * MS, 0, 1, "data", 1, 5, 0, 2, 0.0, [1, 2], [got, OUTCOME_CODE["overheard"]], *ears),
+    ]
+    with TraceWriter(path, {}) as writer:
+        names, three = ["a", "b", "c"], [""] * 3
+        table = NodeTable([0, 1, 2], names, three, ["sensor"] * 3, [0, 10, 0], [0, 0, 10], three, three, [1.0] * 3)
+        writer.write(table, 0)
+        writer.write(LinkTable([0, 1], [1, 0], [-60.0] * 2, [1.0, 0.9]), 0)
+        for frame in frames:
+            writer.write(frame, frame.t_end_ns)
+
+
+def recording(trace: Path, folder: Path, **options: Any) -> Table:
+    """The rows of a converted trace by entity; static rows have no `sim_time`."""
+    replay.save(trace, folder / "out.rrd", ReplayOptions(**options))
+    rows: Table = {}
+    for chunk in RrdReader(folder / "out.rrd").stream():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            if pa.types.is_duration(batch.schema.field(name).type):
+                index = batch.schema.get_field_index(name)
+                batch = batch.set_column(index, name, batch.column(index).cast(pa.int64()))
+        rows.setdefault(str(chunk.entity_path), []).extend(batch.to_pylist())
+    return rows
+
+
+def timed(rows: list[dict[str, Any]], component: str) -> dict[int, Any]:
+    """Instant -> value of a component, for the rows that have both."""
+    return {row["sim_time"]: row[component] for row in rows if "sim_time" in row and row.get(component) is not None}
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("grid") / "grid.mcap"
+    write_synthetic(path, duration_s=20.0)
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole(grid: Path, tmp_path_factory: pytest.TempPathFactory) -> Table:
+    return recording(grid, tmp_path_factory.mktemp("whole"))
+
+
+def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
+    write_three_frames(tmp_path / "three.mcap")
+    rows = recording(tmp_path / "three.mcap", tmp_path, hold_s=0.15, tick_s=0.05)
+    # Radius 10 m / 8; arrows run from 1.3 radii off the sender to 1.3 radii off the receiver, 0.3 radii to the right.
+    gap, aside, shaft = 1.625, 0.375, 6.75
+    hello = rows["/map/messages/hello"]
+    for (instant, vectors), reach in zip(sorted(timed(hello, "Arrows2D:vectors").items()), (1, 2, 3, 0), strict=True):
+        assert instant == (50 + 50 * (reach or 4)) * MS
+        expected = [[shaft * reach / 3, 0], [0, -shaft * reach / 3]] if reach else []
+        np.testing.assert_allclose(np.reshape(vectors, (-1, 2)), np.reshape(expected, (-1, 2)), atol=1e-5)
+    origins = timed(hello, "Arrows2D:origins")[100 * MS]
+    np.testing.assert_allclose(origins, [[gap, aside], [aside, -gap]], atol=1e-5)
+    collided = rows["/map/losses/collided"]
+    assert sorted(timed(collided, "Arrows2D:labels").values()) == [[], ["collided"], ["collided"], ["collided"]]
+    np.testing.assert_allclose(timed(collided, "Arrows2D:vectors")[200 * MS], [[-0.6 * shaft, 0]], atol=1e-5)
+    assert sorted(timed(rows["/map/acks"], "Arrows2D:vectors")) == [400 * MS, 450 * MS, 500 * MS, 550 * MS]
+    assert "/map/messages/data" not in rows  # only its acknowledgement was received
+    states = [(row["sim_time"], row["StateChange:state"]) for row in rows["/radio/a"] if "sim_time" in row]
+    assert [(time_ns // MS, state[0]) for time_ns, state in states] == [
+        (0, "listen"), (100, "transmit"), (100, "collided"), (102, "listen"), (103, "listen"), (400, "transmit"),
+        (401, "listen"),
+    ]  # fmt: skip
+
+
+def test_every_part_of_a_run_is_there(whole: Table) -> None:
+    expected = {"/map/field", "/map/links", "/map/nodes", "/map/nodes/rims", "/map/nodes/labels", "/map/dead"}
+    expected |= {"/map/model/edges", "/map/model/variables", "/map/targets", "/map/estimates/0", "/map/legend"}
+    expected |= {"/map/messages/observations", "/map/messages/belief", "/map/acks", "/map/losses/lost", "/log"}
+    expected |= {"/plots/messages/belief", "/plots/senders/graph_messages", "/plots/accuracy", "/plots/energy/n01"}
+    expected |= {f"/radio/n{node:02d}" for node in range(NODES)}
+    assert expected <= set(whole)
+
+
+def test_nodes_fade_and_die_when_they_do(whole: Table) -> None:
+    colours = timed(whole["/map/nodes"], "Points2D:colors")
+    green, red = (np.array([row[5] >> shift & 255 for shift in (16, 24)]) for row in (colours[0], colours[20 * 10**9]))
+    assert green[0] > green[1]
+    assert red[0] < green[0]
+    assert list(timed(whole["/map/dead"], "Points2D:positions")) == [round(DEATH_S * 1e9)]
+    states = timed(whole[f"/radio/n{DEAD_NODE}"], "StateChange:state")
+    assert states[round(DEATH_S * 1e9)] == ["dead"]
+    assert all(len(row) == NODES for row in colours.values())
+
+
+def test_log_tells_reasons(whole: Table) -> None:
+    lines = {row["TextLog:text"][0] for row in whole["/log"]}
+    assert f"n{DEAD_NODE}: died: battery empty" in lines
+    assert "n06: becomes leader" in lines
+    assert "n06: hand-off to n07" in lines
+    assert any(line.endswith("no ack") and "gave up belief" in line for line in lines)
+    assert any("measurements from targets" in line for line in lines)
+
+
+def test_messages_a_second_add_up(whole: Table, grid: Path) -> None:
+    sent = sum(1 for _ in read_trace(grid, {"/messages/sent"}))
+    curves = [timed(whole[f"/plots/messages/{kind}"], "Scalars:scalars") for kind in ("observations", "belief")]
+    width_s = nice(20 / 60)
+    assert sum(value[0] * width_s for curve in curves for value in curve.values()) == pytest.approx(sent)
+
+
+def test_kinds_nodes_and_window_select(grid: Path, tmp_path: Path) -> None:
+    rows = recording(grid, tmp_path, kinds=frozenset({"belief"}), nodes=frozenset({6}), start_s=5.0, end_s=7.0)
+    assert "/map/messages/observations" not in rows
+    assert {path for path in rows if path.startswith(("/radio", "/plots/energy/"))} == {
+        "/radio/n06",
+        "/plots/energy/n06",
+    }
+    instants = [row["sim_time"] for row in rows["/map/messages/belief"] if "sim_time" in row]
+    assert min(instants) >= 5 * 10**9
+    assert max(instants) <= 7.2 * 10**9
+
+
+def test_a_late_window_remembers_what_still_holds(grid: Path, tmp_path: Path) -> None:
+    rows = recording(grid, tmp_path, start_s=19.1, end_s=19.9)
+    start = round(19.1 * 1e9)
+    assert list(timed(rows["/map/dead"], "Points2D:positions")) == [start]
+    assert list(timed(rows["/map/nodes"], "Points2D:colors")) == [start]
+    lane = [row["StateChange:state"] for row in rows[f"/radio/n{DEAD_NODE}"] if "sim_time" in row]
+    assert lane[-1] == ["dead"]
+    times = [row["sim_time"] for path, part in rows.items() for row in part if "sim_time" in row and path != "/map"]
+    assert min(times) >= start - 10**9  # a bar of a rate may begin before
+    assert min(row["sim_time"] for row in rows["/log"]) >= start
+    assert min(timed(rows["/map/targets"], "Points2D:positions")) >= start
+
+
+def test_many_nodes_are_summarised(grid: Path, tmp_path: Path) -> None:
+    rows = recording(grid, tmp_path, detail_nodes=10)
+    assert {path for path in rows if path.startswith("/plots/energy")} == {
+        f"/plots/energy/{name}" for name in ("least", "mean", "most")
+    }
+    assert not any(path.startswith("/radio") for path in rows)
+
+
+def test_on_mains_the_energy_consumed_is_plotted(tmp_path: Path) -> None:
+    write_synthetic(tmp_path / "mains.mcap", duration_s=3.0, mains=True)
+    rows = recording(tmp_path / "mains.mcap", tmp_path)
+    assert timed(rows["/plots/energy/n01"], "Scalars:scalars")[0] == [0.0]
+    assert len(set(map(tuple, timed(rows["/map/nodes"], "Points2D:colors").values()))) == 1
+
+
+def test_a_cut_trace_is_shown_up_to_the_cut(grid: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(grid.read_bytes()[:-60])
+    rows = recording(cut, tmp_path)
+    assert "/map/messages/belief" in rows
+
+
+def test_what_is_no_trace_is_one_clear_error(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    path.write_bytes(b"garbage")
+    with pytest.raises(TraceError, match="not an MCAP file"):
+        replay.save(path, tmp_path / "x.rrd")
+    with TraceWriter(path, {}):
+        pass
+    with pytest.raises(TraceError, match="names no nodes"):
+        replay.save(path, tmp_path / "x.rrd")
+    write_three_frames(path)
+    with pytest.raises(TraceError, match="cannot write the recording"):
+        replay.save(path, tmp_path / "nowhere" / "x.rrd")
+
+
+def test_rerun_decodes_what_we_encode(grid: Path) -> None:
+    """Rerun's own decoder gives the same values, field by field, for every topic in the trace."""
+    ours: dict[str, list[Any]] = {}
+    for _, event in read_trace(grid):
+        ours.setdefault(event.topic, []).append(event)
+    types = {event_type.topic: event_type for event_type in EVENT_TYPES if event_type.topic != "/log"}
+    seen = 0
+    for chunk in McapReader(grid, timeline_type="duration", decoders=["ros2_reflection"]).stream():
+        batch = chunk.to_record_batch()
+        column = next((name for name in batch.schema.names if name.endswith(":message")), None)
+        if str(chunk.entity_path) not in types or column is None:
+            continue
+        theirs = batch.column(batch.schema.get_field_index(column)).flatten().to_pylist()
+        events = ours[str(chunk.entity_path)]
+        assert len(theirs) == len(events)
+        for event, row in list(zip(events, theirs, strict=True))[:200]:
+            for name in wire_types(type(event)):
+                np.testing.assert_array_equal(np.asarray(getattr(event, name)), np.asarray(row[name]))
+        seen += len(events)
+    assert seen == sum(map(len, ours.values())) - len(ours["/log"])
+
+
+def test_importing_replay_does_not_import_rerun() -> None:
+    program = "import sys, netsim.replay; sys.exit('rerun' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(("value", "expected"), [(1.0, 1.0), (0.9, 0.5), (19.9, 10.0), (20, 20.0), (0.049, 0.02)])
+def test_nice_steps(value: float, expected: float) -> None:
+    assert nice(value) == pytest.approx(expected)
+
+
+def test_pace_fits_the_length() -> None:
+    assert decide(ReplayOptions(), 30 * 10**9).speed == 0.5
+    assert decide(ReplayOptions(), 10**9).speed == 0.05
+    assert decide(ReplayOptions(), 9000 * 10**9).speed == 2.0
+    assert decide(ReplayOptions(speed=7.0), 10**9).speed == 7.0
+    pace = decide(ReplayOptions(start_s=2, end_s=4, hold_s=0.3), 10**10)
+    assert (pace.start_ns, pace.end_ns, pace.hold_ns, pace.tick_ns) == (2 * 10**9, 4 * 10**9, 300 * MS, 100 * MS)
