@@ -95,9 +95,8 @@ class _Checker:
         if isinstance(node.value, dict | list):
             return self._note(node, path, expected(hint, unit), show(plain(node)))
         if shape.scalar is None:
-            remedy = (
-                "write its keys or items below it, or remove the key if it has a default" if node.value is None else ""
-            )
+            remedy = "write its keys or items below it, or remove the key if it has a default"
+            remedy = remedy if node.value is None and path else ""
             return self._note(node, path, expected(hint, unit), _got(node.value), remedy)
         made, wrong = check(shape.scalar, node.value)
         if wrong is None:

@@ -39,7 +39,7 @@ def expected(hint: Any, unit: Unit | None = None) -> str:
     limits = f" ({limits} of them)" if limits else ""
     parts += [expected(part, unit) + limits for part in (shape.sequence, shape.mapping) if part is not None]
     parts += ["null"] if shape.nullable else []
-    return " or ".join(parts)
+    return "anything" if shape.anything else " or ".join(parts)
 
 
 def _list_words(shape: ListShape | TupleShape, unit: Unit | None) -> str:

@@ -49,7 +49,8 @@ class OverrideFinding(Finding):
     def __str__(self) -> str:
         """The finding on one line: `--set path: expected ..., got ...; remedy`."""
         remedy = f"; {self.remedy}" if self.remedy else ""
-        return f"{self.file} {self.path}: expected {self.expected}, got {self.got}{remedy}"
+        place = f"{self.file} {self.path}" if self.path else self.file
+        return f"{place}: expected {self.expected}, got {self.got}{remedy}"
 
 
 @dataclass(frozen=True, slots=True)

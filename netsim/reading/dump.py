@@ -3,19 +3,17 @@
 import dataclasses
 from collections.abc import Callable, Mapping
 from enum import Enum
-from io import StringIO
 from pathlib import PurePath
 from typing import Any
 
-from ruamel.yaml import YAML
-
 from netsim.reading.document import Path, matches
+from netsim.reading.scalars import show_scalar
 from netsim.reading.shapes import TAG
 
 Namers = Mapping[Path, Callable[[Any], str]]
 """For open records that have no field `type`: the name to write for an instance, by path (`"*"` for any key)."""
 
-_WIDTH = 110
+_WIDTH = 100
 
 
 def to_plain(record: Any, namers: Namers | None = None) -> dict[str, Any]:
@@ -53,11 +51,39 @@ def _plain_record(record: Any, namers: Namers, path: Path) -> dict[str, Any]:
 
 def dump_yaml(record: Any, namers: Namers | None = None) -> str:
     """A record as YAML; see `to_plain`. Equal records give equal text."""
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None  # block style, but for the innermost lists and mappings
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    yaml.width = _WIDTH
-    yaml.allow_unicode = True
-    stream = StringIO()
-    yaml.dump(to_plain(record, namers), stream)
-    return stream.getvalue()
+    return "\n".join(_block(to_plain(record, namers))) + "\n"
+
+
+def _block(value: Any) -> list[str]:
+    """Lines in block style; what is short and holds scalars only stands on one line in flow style."""
+    if (line := _one_line(value)) is not None and not (isinstance(value, dict) and value):
+        return [line]
+    lines: list[str] = []
+    for mark, item in _items(value):
+        line, inner = _one_line(item), "  "
+        if line is not None:
+            lines.append(f"{mark} {line}")
+        elif mark == "-":
+            first, *rest = _block(item)
+            lines += [f"- {first}", *(inner + text for text in rest)]
+        else:
+            lines += [mark, *(inner + text for text in _block(item))]
+    return lines
+
+
+def _items(value: Any) -> list[tuple[str, Any]]:
+    if isinstance(value, dict):
+        return [(f"{show_scalar(key)}:", item) for key, item in value.items()]
+    return [("-", item) for item in value]
+
+
+def _one_line(value: Any) -> str | None:
+    if not isinstance(value, dict | list):
+        return show_scalar(value)
+    if any(isinstance(item, dict | list) and item for item in (value.values() if isinstance(value, dict) else value)):
+        return None
+    if isinstance(value, dict):
+        line = "{" + ", ".join(f"{show_scalar(key)}: {_one_line(item)}" for key, item in value.items()) + "}"
+    else:
+        line = "[" + ", ".join(str(_one_line(item)) for item in value) + "]"
+    return line if len(line) <= _WIDTH or not value else None

@@ -94,7 +94,7 @@ def _read_text(path: FilePath) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        got = f"the byte {content[error.start]: #04x}"
+        got = f"the byte {content[error.start]:#04x}"
         raise _unreadable(path, line, "UTF-8 text", got, "save the file as UTF-8") from error
 
 

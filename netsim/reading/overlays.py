@@ -95,4 +95,4 @@ def _index(items: list[Node], key: str, path: Path) -> int:
         return int(key)
     expected = f"an index from 0 to {len(items) - 1}" if items else "no index: the list is empty"
     remedy = "count the items of the list from 0"
-    raise ScenarioError([OverrideFinding(OVERRIDE, 0, path_text(path), expected, show(key), remedy)])
+    raise ScenarioError([OverrideFinding(OVERRIDE, 0, path_text(path), expected, f"`{key}`", remedy)])

@@ -19,14 +19,21 @@ from ruamel.yaml.events import (
     SequenceEndEvent,
     SequenceStartEvent,
 )
+from ruamel.yaml.reader import ReaderError
 
 from netsim.errors import Finding, ScenarioError
 from netsim.reading.document import Document, Node, path_text
-from netsim.reading.scalars import scalar_value, show
+from netsim.reading.scalars import Scalar, scalar_value, show
 from netsim.reading.syntax import syntax_finding
 
 MAX_DEPTH = 40
 MAX_VALUES = 200_000
+
+
+class _Merge(str):
+    """An unquoted `<<`: the merge key of YAML 1.1."""
+
+    __slots__ = ()
 
 
 @dataclass(slots=True)
@@ -57,9 +64,8 @@ class _Builder:
             self._start_document(line)
         elif isinstance(event, ScalarEvent):
             self._refuse_tag(event, line)
-            text = event.value
-            value = scalar_value(text) if event.implicit[0] and not event.style else text
-            self._add(Node(value, self.file, line), event.anchor)
+            plain = event.implicit[0] and not event.style
+            self._add(Node(_plain_value(event.value) if plain else event.value, self.file, line), event.anchor)
         elif isinstance(event, MappingStartEvent | SequenceStartEvent):
             self._refuse_tag(event, line)
             self._open(Node({} if isinstance(event, MappingStartEvent) else [], self.file, line), event.anchor)
@@ -110,7 +116,7 @@ class _Builder:
     def _add_to_mapping(self, mapping: dict[Any, Node], key: Node, node: Node) -> None:
         if isinstance(key.value, dict | list):
             self._problem(key.line, "a word as key", "a list or mapping as key", "write one word before the colon")
-        elif key.value == "<<":
+        elif isinstance(key.value, _Merge):
             remedy = "write the keys out, or move them to a file of their own and name it under `extends`"
             self._problem(key.line, "a key", "the merge key `<<`, which YAML 1.2 does not have", remedy)
         elif key.value in mapping:
@@ -138,6 +144,10 @@ class _Builder:
     def _stop(self, line: int, expected: str, got: str, remedy: str) -> None:
         self._problem(line, expected, got, remedy)
         raise ScenarioError(self.problems)
+
+
+def _plain_value(text: str) -> Scalar:
+    return _Merge(text) if text == "<<" else scalar_value(text)
 
 
 def _position(entry: _Open) -> tuple[Any, ...]:
@@ -174,6 +184,10 @@ def _events(text: str, file: str) -> Iterator[Any]:
             yield event
     except MarkedYAMLError as error:
         raise ScenarioError([syntax_finding(file, text, error)]) from error
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        got = f"the character {error.character:#06x}" if isinstance(error.character, int) else error.reason
+        raise ScenarioError([Finding(file, line, "", "printable text", got, "remove the character")]) from error
     except Exception as error:  # malformed escapes, directives and characters reach us as various built-in errors
         remedy = "look for a control character, a malformed escape or a directive (`%`)"
         raise ScenarioError([Finding(file, line, "", "YAML", f"{error}".split("\n")[0][:100], remedy)]) from error

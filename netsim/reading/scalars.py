@@ -24,6 +24,9 @@ _INT = re.compile(r"[-+]?[0-9]+", re.ASCII)
 _OTHER_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", re.ASCII)
 
+_PLAIN = re.compile(r"[A-Za-z_][\w./+-]*")
+_ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\ufeff": "\\ufeff"}
+
 
 def scalar_value(text: str) -> Scalar:
     """The value of an unquoted scalar.
@@ -66,5 +69,14 @@ def show_scalar(value: object) -> str:
         return ".nan" if math.isnan(value) else ("-.inf" if value < 0 else ".inf")
     if not isinstance(value, str):
         return repr(value)
-    plain = re.fullmatch(r"[A-Za-z_][\w./:+-]*", value) and scalar_value(value) == value and not value.endswith(":")
-    return value if plain else json.dumps(value, ensure_ascii=False)
+    return value if _PLAIN.fullmatch(value) and scalar_value(value) == value else quoted(value)
+
+
+def quoted(text: str) -> str:
+    """Text in double quotes, on one line, with escapes for whatever does not print."""
+    return '"' + "".join(_ESCAPES.get(char) or (char if char.isprintable() else _escape(char)) for char in text) + '"'
+
+
+def _escape(char: str) -> str:
+    code = ord(char)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"

@@ -50,7 +50,7 @@ class _Schemas:
             alternatives = [] if shape.scalar is None else [leaf_schema(shape.scalar)]
             alternatives += [] if shape.sequence is None else [self._sequence(shape, types)]
             alternatives += [] if shape.mapping is None else [self._mapping(shape, types, part)]
-        if shape.nullable and not shape.anything:
+        if shape.nullable and (alternatives or not shape.anything):
             alternatives.append({"type": "null"})
         return alternatives[0] if len(alternatives) == 1 else {"anyOf": alternatives} if alternatives else {}
 
