@@ -8,7 +8,7 @@ import struct
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 FloatWidth = Literal["float64", "float32", "float16"]
@@ -20,14 +20,15 @@ _DTYPES: dict[str, np.dtype[Any]] = {
 _LOWEST: dict[str, float] = {name: float(np.finfo(dtype).min) for name, dtype in _DTYPES.items()}
 
 
-def encode_floats(values: FloatArray, width: FloatWidth) -> bytes:
-    """Lay out an array, little-endian, without its shape.
+def encode_floats(values: ArrayLike, width: FloatWidth) -> bytes:
+    """Lay out an array (or a sequence of numbers), little-endian, without its shape.
 
     Infinities and NaN survive at every width. A finite number beyond the range of the width becomes the largest finite
     one: a very small probability in the log domain must not turn into an impossible one.
     """
+    numbers = np.asarray(values, dtype=np.float64)
     limit = -_LOWEST[width]
-    clipped = np.where(np.isfinite(values), np.clip(values, -limit, limit), values)
+    clipped = np.where(np.isfinite(numbers), np.clip(numbers, -limit, limit), numbers)
     return clipped.astype(_DTYPES[width]).tobytes()
 
 

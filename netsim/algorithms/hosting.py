@@ -10,7 +10,7 @@ from netsim.codec import FloatWidth, decode_floats, encode_floats
 from netsim.errors import AlgorithmError
 from netsim.kernels.association_model import AssociationKnowledge
 from netsim.kernels.association_vertices import hosted_vertices
-from netsim.kernels.factor_graph import GraphKnowledge
+from netsim.kernels.graph_model import GraphKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vertex import Vertex
 from netsim.protocols.exchange import exchange
@@ -53,7 +53,7 @@ def prepare(node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int
         return Hosting((sensor, *targets), knowledge.hosts)
     yield from node.pause_until(deadline_ns)
     if isinstance(knowledge, GraphKnowledge):
-        return Hosting(tuple(knowledge.vertices()), knowledge.hosts)
+        return Hosting(knowledge.vertices, knowledge.hosts)
     if knowledge is None:
         return Hosting((), {})
     message = f"message passing needs an association or factor-graph problem, not {type(knowledge).__name__}"

@@ -19,6 +19,7 @@ from netsim.algorithms.hosting import Hosting, prepare
 from netsim.api import Message, NodeHandle, Op
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
+from netsim.kernels.factor_vertices import FactorVertex
 from netsim.kernels.semiring import FloatArray, Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.kernels.target_vertex import TargetVertex
@@ -295,6 +296,7 @@ class MessagePassing:
             if isinstance(vertex, SensorVertex):
                 decision = vertex.decide(hosted.incoming[vertex_id], self._semiring)
                 node.record(Association(node.id, decision.tolist(), number))
-            elif not isinstance(vertex, TargetVertex):
+            elif not isinstance(vertex, TargetVertex | FactorVertex):
                 belief = np.exp(vertex.belief(hosted.incoming[vertex_id], self._semiring))
-                node.record(Marginals(node.id, vertex_id, belief, number))
+                is_max = int(self._semiring is Semiring.MAX)
+                node.record(Marginals(node.id, vertex_id, belief, number, is_max))

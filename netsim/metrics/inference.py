@@ -10,6 +10,7 @@ from netsim.errors import ScenarioError
 from netsim.kernels.assignment import best_assignment
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
+from netsim.kernels.semiring import Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.metrics.marginals import exact_marginals_of
 from netsim.trace.events import Association, GraphMessages, Marginals, Problem, TruthOrigins, VariablePlacement
@@ -142,11 +143,15 @@ class AssociationError:
 
 
 class MarginalError:
-    """Distance of the hosts' marginals to the exact ones, where these can be computed."""
+    """Distance of the hosts' marginals to the exact ones, where these can be computed.
+
+    Max-product's beliefs are compared with the exact max-marginals, scaled to sum to one.
+    """
 
     def __init__(self) -> None:
         self._problem: Problem | None = None
         self._beliefs: dict[int, np.ndarray[Any, Any]] = {}
+        self._semiring = Semiring.SUM
         self._names: dict[int, str] = {}
 
     def handlers(self) -> Mapping[type[Any], Handler]:
@@ -159,7 +164,7 @@ class MarginalError:
             return {}
         beliefs = {self._names[variable]: belief.tolist() for variable, belief in sorted(self._beliefs.items())}
         try:
-            exact = exact_marginals_of(self._problem.content_json)
+            exact = exact_marginals_of(self._problem.content_json, self._semiring)
         except ScenarioError:
             return {"marginals": beliefs, "marginal_error_linf": None, "marginal_error_kl_nat": None}
         worst = max(float(np.abs(self._beliefs[v] - exact[v]).max()) for v in self._beliefs)
@@ -177,6 +182,7 @@ class MarginalError:
 
     def _on_marginals(self, event: Marginals, _: int) -> None:
         self._beliefs[event.variable] = np.asarray(event.probability)
+        self._semiring = Semiring.MAX if event.is_max else Semiring.SUM
 
     def _on_placement(self, event: VariablePlacement, _: int) -> None:
         self._names = dict(zip(map(int, event.variable), event.name, strict=True))

@@ -3,17 +3,15 @@
 The model itself is the truth here: there is nothing to sense, and the exact answer is its marginals and modes.
 """
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-import numpy as np
-
 from netsim.errors import ScenarioError
-from netsim.kernels.factor_graph import Factor, FactorGraph, vertices_of
+from netsim.kernels.factor_graph import FactorGraph
 from netsim.kernels.graph_files import parse_libdai, parse_uai
+from netsim.kernels.graph_model import Form, GraphInstance, GraphKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vertex import Vertex
 from netsim.parameters import Name, parameters
@@ -21,8 +19,6 @@ from netsim.problems.drawn_graphs import ChainGraph, GridGraph, TreeGraph, draw_
 from netsim.problems.problem import placement
 from netsim.rng import Streams
 from netsim.trace.events import Event, VariablePlacement
-
-Form = Literal["pairwise", "factor"]
 
 
 @parameters
@@ -48,62 +44,6 @@ class GraphParameters:
     placement: Literal["round_robin", "contiguous"] = "round_robin"
     """Variable i on node i modulo the number of nodes, or equal runs of consecutive variables on each node. A factor
     lives with its first variable."""
-
-
-@dataclass(frozen=True, slots=True)
-class GraphKnowledge:
-    """What a node knows: the vertices it hosts, and where their neighbours are.
-
-    Attributes:
-        node: Its id.
-        vertices: The vertices it hosts, ascending, with their own potentials only.
-        hosts: Node of each of them and of each of their neighbours.
-    """
-
-    node: int
-    vertices: tuple[Vertex, ...]
-    hosts: Mapping[int, int]
-
-
-@dataclass(frozen=True, eq=False)
-class GraphInstance:
-    """A model and its placement.
-
-    Attributes:
-        graph: The model.
-        form: Which vertices exchange messages.
-        hosts: Node of each vertex, by vertex id.
-    """
-
-    graph: FactorGraph
-    form: Form
-    hosts: tuple[int, ...]
-
-    def vertices(self) -> list[Vertex]:
-        """All vertices, ascending."""
-        return vertices_of(self.graph, self.form)
-
-    def to_json(self) -> str:
-        """The instance as JSON; floats survive the round trip bit for bit."""
-        factors = [{"scope": factor.scope, "table": factor.table.ravel().tolist()} for factor in self.graph.factors]
-        content = {
-            "cardinalities": self.graph.cardinalities,
-            "factors": factors,
-            "form": self.form,
-            "hosts": self.hosts,
-        }
-        return json.dumps(content, allow_nan=False)
-
-    @staticmethod
-    def from_json(text: str) -> "GraphInstance":
-        """The inverse of `to_json`."""
-        content = json.loads(text)
-        cards = tuple(content["cardinalities"])
-        factors = (
-            Factor(tuple(f["scope"]), np.array(f["table"], dtype=float).reshape([cards[v] for v in f["scope"]]))
-            for f in content["factors"]
-        )
-        return GraphInstance(FactorGraph(cards, tuple(factors)), content["form"], tuple(content["hosts"]))
 
 
 @dataclass(frozen=True, eq=False)

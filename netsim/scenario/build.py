@@ -11,7 +11,7 @@ from netsim.errors import InvariantError, ScenarioError
 from netsim.models.path_loss import IdealMediumParameters
 from netsim.problems import association, graph
 from netsim.problems.association import AssociationParameters
-from netsim.problems.graph import GraphParameters
+from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
 from netsim.rng import Streams
@@ -76,8 +76,26 @@ def draw_problem(scenario: Scenario, nodes: Sequence[Place], streams: Streams, l
         sensing = [place for place in nodes if place.sensor is not None]
         return association.build(parameters, positions_m(sensing), [place.id for place in sensing], streams)
     if isinstance(parameters, GraphParameters):
-        return graph.build(parameters, positions_m(nodes), [place.id for place in nodes], streams, loaded.folder)
+        return graph.build(parameters, [place.id for place in nodes], streams, _model_text(parameters, loaded))
     return NoProblem()
+
+
+def _model_text(parameters: GraphParameters, loaded: LoadedScenario) -> str | None:
+    """The content of the model's file, if it comes from one."""
+    if not isinstance(parameters.graph, GraphFile):
+        return None
+    path = loaded.folder / parameters.graph.path
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a text file"
+        finding = loaded.document.finding(
+            ("problem", "graph", "path"),
+            "a readable .uai or .fg file",
+            f"{path}: {reason}",
+            "paths are relative to the scenario",
+        )
+        raise ScenarioError([finding]) from error
 
 
 class _Builder:

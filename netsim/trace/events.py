@@ -292,7 +292,10 @@ class Marginals:
     node: U32
     variable: U32
     probability: F64Array
+    """Sums to one; a max-marginal is scaled so that it does."""
     round: U32
+    is_max: U8
+    """1 for a max-marginal, 0 for a marginal."""
 
 
 @dataclass(frozen=True, slots=True)

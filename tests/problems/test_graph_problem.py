@@ -8,7 +8,8 @@ from pydantic import TypeAdapter, ValidationError
 from netsim.errors import ScenarioError
 from netsim.kernels.semiring import Semiring
 from netsim.problems.drawn_graphs import ChainGraph, GridGraph, TreeGraph, draw_graph
-from netsim.problems.graph import GraphFile, GraphInstance, GraphParameters, build
+from netsim.kernels.graph_model import GraphInstance
+from netsim.problems.graph import GraphFile, GraphParameters, build
 from netsim.rng import Streams
 
 UAI = "MARKOV\n3\n2 2 2\n2\n2 2 1\n1 0\n4\n1 2 3 4\n2\n1 3\n"

@@ -1,0 +1,158 @@
+"""The commands and their options."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from netsim import __version__
+
+app = typer.Typer(
+    name="netsim",
+    help="Simulate sensor networks that run distributed inference over real messages: what does an algorithm cost in "
+    "messages, bytes, joules and error?",
+    epilog="Start with: netsim run scenarios/quickstart.yaml, then: netsim replay runs/quickstart/trace.mcap",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+new_app = typer.Typer(help="Write a working template to start from.", no_args_is_help=True)
+app.add_typer(new_app, name="new")
+trace_app = typer.Typer(help="Look after trace files.", no_args_is_help=True)
+app.add_typer(trace_app, name="trace")
+
+Scenario = Annotated[Path, typer.Argument(help="Scenario file (YAML).", show_default=False)]
+Trace = Annotated[Path, typer.Argument(help="Trace file (trace.mcap), or the folder of a run.", show_default=False)]
+Set = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Override a value, as in --set algorithm.tolerance=1. May be repeated."
+    ),
+]
+NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Refuse algorithms named module:Class: import no code.")]
+Debug = Annotated[bool, typer.Option("--debug", help="Show a traceback when something fails.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"netsim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def top(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Options before any command."""
+
+
+@app.command()
+def run(
+    scenario: Scenario,
+    seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.", min=0)] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Horizon in simulated seconds, instead of the scenario's.")
+    ] = None,
+    override: Set = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results [default: the first free of runs/NAME, runs/NAME-2, ...]."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier run in --out.")] = False,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Write no trace; the metrics are the same.")] = False,
+    no_plugins: NoPlugins = False,
+    debug: Debug = False,
+) -> None:
+    """Run a scenario: simulate, write trace and metrics, print a summary.
+
+    The folder gets trace.mcap (watch it with `netsim replay`), metrics.json (equal for equal runs), run.json (wall time,
+    versions, machine) and scenario.yaml (the scenario with every default filled in). Ctrl-C ends the run cleanly.
+    """
+    from netsim.cli.run import run_command
+
+    overrides = list(override or [])
+    overrides += [f"seed={seed}"] if seed is not None else []
+    overrides += [f"duration_s={duration!r}"] if duration is not None else []
+    run_command(scenario, overrides, out, force=force, trace=not no_trace, plugins=not no_plugins)
+
+
+@app.command()
+def check(
+    files: Annotated[list[Path], typer.Argument(help="Scenario files.", show_default=False)],
+    override: Set = None,
+    no_plugins: NoPlugins = False,
+    debug: Debug = False,
+) -> None:
+    """Check scenarios without running them, and report everything that is wrong.
+
+    An algorithm of your own (`type: module:Class`) is imported, so its code runs; --no-plugins forbids it.
+    """
+    from netsim.cli.check import check_command
+
+    check_command(files, list(override or []), plugins=not no_plugins)
+
+
+@app.command()
+def replay(
+    trace: Trace,
+    start: Annotated[float, typer.Option(help="Show from here (simulated seconds).", min=0)] = 0.0,
+    end: Annotated[float | None, typer.Option(help="Show up to here (simulated seconds).")] = None,
+    kinds: Annotated[str | None, typer.Option(help="Message kinds to show, separated by commas.")] = None,
+    nodes: Annotated[str | None, typer.Option(help="Node ids to show, separated by commas.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Simulated seconds per second of playback.")] = None,
+    hold: Annotated[float | None, typer.Option(help="How long a message's arrow stays (simulated seconds).")] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="Write a Rerun recording (.rrd) instead of opening a viewer.")
+    ] = None,
+    serve: Annotated[bool, typer.Option("--serve", help="Serve to a browser on this machine (loopback only).")] = False,
+    screenshot: Annotated[Path | None, typer.Option(help="Write a picture (.png); needs --at, no screen.")] = None,
+    at: Annotated[float | None, typer.Option(help="Instant of the picture (simulated seconds).")] = None,
+    debug: Debug = False,
+) -> None:
+    """Watch a run in Rerun: the map with its messages, energy, rounds, radio states and log.
+
+    Rerun collects anonymous usage statistics unless you run `rerun analytics disable` once.
+    """
+    from netsim.cli.replay import Sinks, replay_command
+
+    replay_command(trace, start, end, kinds, nodes, speed, hold, Sinks(save, serve, screenshot, at))
+
+
+@app.command(name="list")
+def list_all() -> None:
+    """List algorithms with their sources, devices and shipped scenarios."""
+    from netsim.cli.listing import list_command
+
+    list_command()
+
+
+@app.command()
+def schema(
+    reference: Annotated[bool, typer.Option("--reference", help="A table of all fields (Markdown) instead.")] = False,
+) -> None:
+    """Print the JSON Schema of scenario files, for editors; the shipped scenarios refer to it in their first line."""
+    from netsim.cli.listing import schema_command
+
+    schema_command(reference)
+
+
+@new_app.command("algorithm")
+def new_algorithm(
+    name: Annotated[str, typer.Argument(help="Name of the algorithm, such as gossip.", show_default=False)],
+    folder: Annotated[Path, typer.Option(help="Where to write it.")] = Path(),
+    debug: Debug = False,
+) -> None:
+    """Write an algorithm of under 40 lines, its test and a scenario that runs it."""
+    from netsim.cli.new import new_algorithm_command
+
+    new_algorithm_command(name, folder)
+
+
+@trace_app.command("info")
+def trace_info(trace: Trace, debug: Debug = False) -> None:
+    """Say what a trace holds: its run, its topics and how many events of each, its fingerprint."""
+    from netsim.cli.tracing import info_command
+
+    info_command(trace)

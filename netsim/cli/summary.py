@@ -1,0 +1,88 @@
+"""The table at the end of a run."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rich import box
+from rich.table import Table
+
+from netsim.scenario.load import LoadedScenario
+from netsim.scenario.run import Result
+
+Row = tuple[str, str]
+
+
+def summary_table(result: Result, loaded: LoadedScenario) -> Table:
+    """What a run gave, in the order in which one asks."""
+    scenario = loaded.scenario
+    title = f"{scenario.name} (seed {scenario.seed})" + (", interrupted" if result.interrupted else "")
+    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", show_header=False)
+    table.add_column("what")
+    table.add_column("figure", justify="right")
+    for section in (_answer(result.metrics), _messages(result.metrics), _energy(result.metrics), _time(result)):
+        rows = list(section)
+        for row in rows:
+            table.add_row(*row)
+        if rows:
+            table.add_section()
+    return table
+
+
+def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
+    if "association_error" in figures:
+        yield f"association error, of {figures['measurements']} measurements", _percent(figures["association_error"])
+        yield "  of the exact MAP", _percent(figures["association_error_exact_map"])
+        yield "  deciding alone", _percent(figures["association_error_independent"])
+    if "marginals" in figures:
+        yield "largest error of a marginal", _number(figures["marginal_error_linf"])
+        yield "mean divergence from the exact marginals (nat)", _number(figures["marginal_error_kl_nat"])
+    if "rounds" in figures:
+        quiet = figures["converged_round"]
+        settled = f"settled in round {quiet}" if quiet is not None else "not settled"
+        yield "rounds", f"{figures['rounds']} ({settled})"
+
+
+def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
+    if "graph_messages_per_sensor" in figures:
+        yield "graph messages per sensor", _number(figures["graph_messages_per_sensor"])
+        yield "  until settled", _number(figures["graph_messages_until_convergence_per_sensor"])
+    yield "radio messages", f"{figures['radio_messages']:,} ({_counts(figures['radio_messages_by_kind'])})"
+    yield "  unicasts delivered", _percent(figures["delivery_ratio_unicast"])
+    if figures["drops_by_reason"]:
+        yield "  packets given up", _counts(figures["drops_by_reason"])
+    yield "frames", f"{figures['frames']:,} ({figures['frames_retry']:,} retries, {figures['frames_ack']:,} acks)"
+    yield "bytes on the air", f"{figures['air_byte']:,}"
+    yield "airtime", _seconds(figures["airtime_s"])
+
+
+def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
+    yield "energy", f"{figures['energy_j']:.4g} J"
+    states = sorted(figures["energy_by_state_j"].items(), key=lambda item: -item[1])
+    for state, joules in states[:8]:
+        if joules > 0.0:
+            yield f"  {state}", f"{joules:.4g} J"
+    if figures["energy_most_node"] is not None:
+        yield "  most by a node", f"{figures['energy_most_j']:.4g} J ({figures['energy_most_node']})"
+    if figures["deaths"]:
+        yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {_seconds(figures['first_death_s'])})"
+
+
+def _time(result: Result) -> Iterator[Row]:
+    yield "simulated time", _seconds(result.metrics["simulated_s"])
+    yield "wall time", _seconds(result.wall_s)
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.2f} %"
+
+
+def _number(value: float | None) -> str:
+    return "beyond reach" if value is None else f"{value:.4g}"
+
+
+def _seconds(time_s: float | None) -> str:
+    return "-" if time_s is None else f"{time_s:.4g} s"
+
+
+def _counts(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count:,} {name}" for name, count in counts.items())

@@ -1,0 +1,46 @@
+"""All the metrics of a run: reducers over its events, equal with and without a trace file."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from netsim.metrics.energy import Energy
+from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
+from netsim.metrics.life import Life
+from netsim.metrics.traffic import Traffic
+from netsim.trace.events import EnergyLedger, Event
+from netsim.trace.recorder import Observer, Recorder
+
+
+class Metrics:
+    """The reducers of one run."""
+
+    def __init__(self) -> None:
+        self._energy = Energy()
+        self._reducers = (Life(), GraphTraffic(), AssociationError(), MarginalError(), Traffic(), self._energy)
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """What must follow the run."""
+        return self._reducers
+
+    @property
+    def ledger(self) -> EnergyLedger | None:
+        """The energy ledger, once the run has ended."""
+        return self._energy.ledger
+
+    def figures(self) -> dict[str, Any]:
+        """Every metric by name, units in the names; nothing in it differs between equal runs."""
+        figures: dict[str, Any] = {}
+        for reducer in self._reducers:
+            figures.update(reducer.figures())
+        return figures
+
+
+def metrics_of(events: Iterable[tuple[int, Event]]) -> dict[str, Any]:
+    """The metrics of a recorded run, from its (time in ns, event) pairs: the same figures as those of the run itself."""
+    metrics = Metrics()
+    time_ns = [0]  # of the event being handed over
+    recorder = Recorder(lambda: time_ns[0], metrics.observers)
+    for time_ns[0], event in events:
+        recorder.record(event)
+    return metrics.figures()

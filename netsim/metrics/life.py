@@ -1,0 +1,41 @@
+"""What became of the nodes' algorithms, and when it was over."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from netsim.trace.events import EnergyLedger, NodeLife, NodeTable
+from netsim.trace.recorder import Handler
+from netsim.units import NS_PER_S
+
+
+class Life:
+    """Counts nodes by what became of them."""
+
+    def __init__(self) -> None:
+        self._nodes = 0
+        self._ended = {"finished": 0, "failed": 0, "died": 0}
+        self._end_ns = 0
+
+    def handlers(self) -> Mapping[type[Any], Handler]:
+        """See `Observer.handlers`."""
+        return {NodeTable: self._on_nodes, NodeLife: self._on_life, EnergyLedger: self._on_end}
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics; units in the keys."""
+        return {
+            "simulated_s": self._end_ns / NS_PER_S,
+            "nodes": self._nodes,
+            "nodes_finished": self._ended["finished"],
+            "nodes_failed": self._ended["failed"],
+            "nodes_died": self._ended["died"],
+        }
+
+    def _on_nodes(self, event: NodeTable, _: int) -> None:
+        self._nodes = len(event.node)
+
+    def _on_life(self, event: NodeLife, _: int) -> None:
+        if event.event in self._ended:
+            self._ended[event.event] += 1
+
+    def _on_end(self, _: EnergyLedger, now_ns: int) -> None:
+        self._end_ns = now_ns
