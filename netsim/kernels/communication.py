@@ -63,11 +63,12 @@ def divergence(new_log: FloatArray, old_log: FloatArray, multiplicity: FloatArra
     possible = new_log > -np.inf
     lost = 0.0
     if not possible.all():
-        lost = float(multiplicity[~possible] @ np.exp(old_log[~possible]))
+        lost = float((multiplicity[~possible] * np.exp(old_log[~possible])).sum())
         new_log, old_log, multiplicity = new_log[possible], old_log[possible], multiplicity[possible]
     if old_log.min() == -np.inf:
         return np.inf
-    total = float(multiplicity @ _bregman(new_log, old_log)) + lost
+    # Not a dot product: BLAS may split it over threads, and runs must be equal bit for bit.
+    total = float((multiplicity * _bregman(new_log, old_log)).sum()) + lost
     return total / float(np.log(2.0)) if base == "2" else total
 
 

@@ -299,3 +299,19 @@ def test_instances_survive_json_bit_for_bit():
         assert a.tobytes() == b.tobytes()
         assert a.shape == b.shape
     assert again.knowledge(1) == problem.knowledge(1)
+
+
+def test_messages_do_not_depend_on_where_they_came_from():
+    """Read-only bytes off the air at an odd offset give the same bits as the sender's own arrays."""
+    problem = oracle.instance(LOOPY[1], [3, 2, 3], 8, oracle.model())
+    vertices = {vertex.id: vertex for vertex in instance_vertices(problem)}
+    result = run_synchronous(vertices.values(), Semiring.SUM, 3, stop_when_converged=False)
+    for vertex, incoming in result.incoming.items():
+        wire = {
+            other: np.frombuffer(b"x" + message.tobytes(), dtype="<f8", offset=1)
+            for other, message in reversed(incoming.items())
+        }
+        for semiring in Semiring:
+            expected = vertices[vertex].outgoing(incoming, semiring)
+            for other, message in vertices[vertex].outgoing(wire, semiring).items():
+                assert message.tobytes() == expected[other].tobytes()
