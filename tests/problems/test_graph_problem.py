@@ -6,9 +6,9 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from netsim.errors import ScenarioError
+from netsim.kernels.graph_model import GraphInstance
 from netsim.kernels.semiring import Semiring
 from netsim.problems.drawn_graphs import ChainGraph, GridGraph, TreeGraph, draw_graph
-from netsim.kernels.graph_model import GraphInstance
 from netsim.problems.graph import GraphFile, GraphParameters, build
 from netsim.rng import Streams
 
