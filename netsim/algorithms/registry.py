@@ -114,7 +114,7 @@ def load_own(name: str, folder: Path) -> Entry:
     takes_parameters = record is not NoParameters
     tagged = make_dataclass(
         record.__name__,
-        [("type", Literal[name], name)],  # type: ignore[valid-type]
+        [("type", Literal[name], name)],
         bases=(record,),
         frozen=True,
         kw_only=True,

@@ -1,7 +1,7 @@
 """Inference: how many graph messages, how many rounds, and how far from the truth and from the exact answer."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.metrics.marginals import exact_marginals_of
 from netsim.trace.events import Association, GraphMessages, Marginals, Problem, TruthOrigins, VariablePlacement
 from netsim.trace.recorder import Handler
+
+Decisions = Mapping[int, np.ndarray[Any, Any]]
 
 SETTLED = 1e-12
 """Largest divergence between successive messages that counts as no change."""
@@ -116,7 +118,7 @@ class AssociationError:
             for number in numbers
         ]
 
-    def _error(self, decisions: Mapping[int, Sequence[int]], targets_only: bool = False) -> float | None:
+    def _error(self, decisions: Decisions, targets_only: bool = False) -> float | None:
         """Over all measurements; those of a sensor that never decided count as wrong."""
         wrong = total = 0
         for node, origin in self._origins.items():
@@ -126,7 +128,7 @@ class AssociationError:
             wrong += int(counted.sum() if decided is None else (counted & (np.asarray(decided) != origin)).sum())
         return wrong / total if total else None
 
-    def _differs(self, first: Mapping[int, Sequence[int]], second: Mapping[int, Sequence[int]]) -> float | None:
+    def _differs(self, first: Decisions, second: Decisions) -> float | None:
         pairs = [(np.asarray(first[node]), np.asarray(second[node])) for node in self._origins if node in first]
         total = sum(len(one) for one, _ in pairs)
         return sum(int((one != other).sum()) for one, other in pairs) / total if total else None

@@ -55,7 +55,7 @@ def _ideal(places: Sequence[Place], medium: IdealMediumParameters) -> Air:
     np.fill_diagonal(reach, False)
     source, destination = np.nonzero(reach)
     prr = np.full(len(source), 1.0 - medium.loss_probability)
-    power_mw = np.array([dbm_to_mw(places[index].group.tx_power_dbm) for index in source])
+    power_mw = np.array([dbm_to_mw(places[index].group.tx_power_dbm) for index in source.tolist()])
     return _air(places, source, destination, np.zeros(len(source)), power_mw, np.ones(len(source), bool), prr, 0.0)
 
 
@@ -113,8 +113,8 @@ def _air(
     table = LinkTable(
         source=[ids[index] for index in source[shown]],
         destination=[ids[index] for index in destination[shown]],
-        gain_db=gain_db[shown],
-        prr=prr[shown],
+        gain_db=gain_db[shown].astype(np.float32),
+        prr=prr[shown].astype(np.float32),
     )
     return Air(paths, {number: tuple(links) for number, links in neighbours.items()}, table, noise_mw)
 

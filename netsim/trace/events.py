@@ -370,4 +370,4 @@ Event = (
     | AlgorithmRecord
     | Log
 )
-EVENT_TYPES: tuple[type[Event], ...] = Event.__args__  # type: ignore[attr-defined]
+EVENT_TYPES: tuple[type[Event], ...] = Event.__args__

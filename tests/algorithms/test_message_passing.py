@@ -1,0 +1,186 @@
+"""Distributed message passing against the central kernel, brute force and libDAI's printed figures."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from netsim.algorithms.message_passing import decode_entries, encode_entries, rule_of
+from netsim.kernels.association_model import AssociationInstance
+from netsim.kernels.association_vertices import instance_vertices
+from netsim.kernels.central import run_synchronous
+from netsim.kernels.factor_graph import exact_marginals
+from netsim.kernels.graph_model import GraphInstance
+from netsim.kernels.semiring import Semiring
+from netsim.kernels.sensor_vertex import SensorVertex
+from netsim.scenario.load import load
+from netsim.scenario.run import run
+from netsim.trace.events import Association, Event, GraphMessages, Marginals, Problem
+
+IDEAL = ["medium={type: ideal, delay_s: 0.001}", "mac={type: ideal}", "network={type: one-hop}"]
+SEMIRING = {"max-product": Semiring.MAX, "csmp": Semiring.MAX, "sum-product": Semiring.SUM, "cssp": Semiring.SUM}
+
+
+class Keep:
+    """Keeps the events of some kinds."""
+
+    def __init__(self, *kinds: type[Event]) -> None:
+        self.kinds = kinds
+        self.events: list[Any] = []
+
+    def handlers(self) -> Mapping[type[Event], Any]:
+        return dict.fromkeys(self.kinds, lambda event, _: self.events.append(event))
+
+    def of(self, kind: type[Event]) -> list[Any]:
+        return [event for event in self.events if type(event) is kind]
+
+
+def simulate(path: Path, overrides: Sequence[str]) -> tuple[Any, Keep, Any]:
+    loaded = load(path, overrides)
+    keep = Keep(Problem, Association, Marginals, GraphMessages)
+    result = run(loaded, observers=[keep])
+    assert not result.failures
+    return loaded.scenario.algorithm, keep, result
+
+
+def sent_by_round(keep: Keep) -> dict[int, set[tuple[int, int]]]:
+    rounds: dict[int, set[tuple[int, int]]] = {}
+    for event in keep.of(GraphMessages):
+        pairs = zip(event.source, event.destination, strict=True)
+        rounds.setdefault(event.round, set()).update(pairs)
+    return rounds
+
+
+@pytest.mark.parametrize("algorithm", ["max-product", "sum-product", "csmp", "cssp"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_ideal_rounds_send_and_decide_what_the_central_kernel_does(
+    scenarios: Path, algorithm: str, seed: int
+) -> None:
+    overrides = [f"seed={seed}", f"algorithm={{type: {algorithm}, rounds: 6}}", *IDEAL]
+    parameters, keep, _ = simulate(scenarios / "chen2006" / "association-csmp.yaml", overrides)
+    instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
+    vertices = instance_vertices(instance)
+    rule, semiring = rule_of(parameters), SEMIRING[algorithm]
+    central = run_synchronous(vertices, semiring, 6, rule, stop_when_converged=False)
+    assert sent_by_round(keep) == {count.round: set(count.sent) for count in central.rounds}
+    changes = {number: 0.0 for number in range(7)}
+    for event in keep.of(GraphMessages):
+        changes[event.round] = max(changes[event.round], event.largest_change)
+    assert changes == {count.round: count.largest_change for count in central.rounds}  # bit for bit
+    last = {event.node: event.target for event in keep.of(Association) if event.round == 6}
+    for vertex in vertices:
+        if isinstance(vertex, SensorVertex):
+            decision = vertex.decide(central.incoming[vertex.id], semiring)
+            assert last[instance.sensor_nodes[vertex.id]] == decision.tolist()
+
+
+@pytest.mark.parametrize("form", ["pairwise", "factor"])
+@pytest.mark.parametrize("algorithm", ["max-product", "sum-product"])
+def test_ideal_beliefs_equal_the_central_kernels_bit_for_bit(scenarios: Path, form: str, algorithm: str) -> None:
+    overrides = [f"problem.form={form}", f"algorithm={{type: {algorithm}, rounds: 9}}", *IDEAL]
+    parameters, keep, _ = simulate(scenarios / "graphs" / "grid-sum-product.yaml", overrides)
+    instance = GraphInstance.from_json(keep.of(Problem)[0].content_json)
+    central = run_synchronous(
+        instance.vertices(), SEMIRING[algorithm], 9, rule_of(parameters), stop_when_converged=False
+    )
+    beliefs = {event.variable: event.probability for event in keep.of(Marginals) if event.round == 9}
+    assert sorted(beliefs) == list(range(16))
+    for variable, belief in beliefs.items():
+        assert np.array_equal(belief, np.exp(central.beliefs[variable]))
+
+
+@pytest.mark.parametrize("payload", ["float32", "float16"])
+def test_narrow_payloads_differ_by_little_and_not_by_nothing(scenarios: Path, payload: str) -> None:
+    path = scenarios / "graphs" / "grid-sum-product.yaml"
+    exact = simulate(path, IDEAL)[2].metrics["marginals"]
+    narrow = simulate(path, [*IDEAL, f"algorithm.payload={payload}"])[2].metrics["marginals"]
+    difference = max(np.abs(np.subtract(exact[name], narrow[name])).max() for name in exact)
+    assert 0.0 < difference < {"float32": 1e-6, "float16": 1e-2}[payload]
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seed=st.integers(0, 10**6), algorithm=st.sampled_from(["max-product", "sum-product"]), data=st.data())
+def test_trees_are_exact(scenarios: Path, seed: int, algorithm: str, data: st.DataObject) -> None:
+    variables = data.draw(st.integers(1, 7))
+    shape = data.draw(st.sampled_from(["chain", "tree"]))
+    graph = f"problem.graph={{type: {shape}, variables: {variables}, states: 3}}"
+    overrides = [graph, f"seed={seed}", f"algorithm={{type: {algorithm}, rounds: {variables + 1}}}", *IDEAL]
+    _, keep, _ = simulate(scenarios / "graphs" / "grid-sum-product.yaml", overrides)
+    instance = GraphInstance.from_json(keep.of(Problem)[0].content_json)
+    exact = exact_marginals(instance.graph, SEMIRING[algorithm])
+    for event in keep.of(Marginals):
+        if event.round == variables + 1:
+            np.testing.assert_allclose(event.probability, np.exp(exact[event.variable]), rtol=1e-10)
+
+
+def printed_beliefs(path: Path, method: str) -> dict[int, list[float]]:
+    """The beliefs that libDAI printed for one method."""
+    beliefs: dict[int, list[float]] = {}
+    reading = False
+    for line in path.read_text().splitlines():
+        if not line.startswith("#"):
+            reading = line.split()[:1] == [method]
+        elif reading:
+            name, _, numbers = line.removeprefix("# ({x").partition("}, (")
+            beliefs[int(name)] = [float(number) for number in numbers.rstrip(")").split(", ")]
+    return beliefs
+
+
+@pytest.mark.parametrize("over", ["ideal", "radio"])
+def test_libdai_figures_to_the_digits_printed(scenarios: Path, measured_data: Path, over: str, tmp_path: Path) -> None:
+    base = (scenarios / "graphs" / "grid-sum-product.yaml").resolve()
+    graph = f"{{type: file, path: {measured_data / 'libdai-testfast.fg'}}}"
+    rounds = ["algorithm.rounds=60", "algorithm.round_s=2", "duration_s=200"]
+    _, _, result = simulate(base, [f"problem.graph={graph}", *rounds, *(IDEAL if over == "ideal" else [])])
+    printed = printed_beliefs(measured_data / "libdai-testfast.out", "BP")
+    assert len(printed) == 16
+    for variable, belief in printed.items():
+        mine = result.metrics["marginals"][f"variable {variable}"]
+        assert [float(f"{number:.3e}") for number in mine] == belief
+
+
+@given(
+    entries=st.lists(
+        st.tuples(
+            st.integers(0, 65535),
+            st.integers(0, 65535),
+            st.lists(st.floats(allow_nan=False) | st.just(-np.inf), max_size=9).map(np.array),
+        ),
+        max_size=5,
+    ),
+    number=st.integers(0, 65535),
+)
+def test_entries_survive_the_air_bit_for_bit(entries: list[tuple[int, int, Any]], number: int) -> None:
+    decoded = decode_entries(encode_entries(number, entries, "float64"), "float64")
+    assert len(decoded) == len(entries)
+    for (round_number, *edge, message), (source, destination, sent) in zip(decoded, entries, strict=True):
+        assert round_number == number
+        assert edge == [source, destination]
+        assert message.tobytes() == sent.astype(float).tobytes()
+
+
+def test_asynchronous_agrees_with_synchronous_on_a_tree(scenarios: Path) -> None:
+    graph = "problem.graph={type: tree, variables: 9, states: 2}"
+    algorithm = "algorithm={type: cssp, tolerance: 0, schedule: asynchronous, rounds: 30, round_s: 1}"
+    _, _, result = simulate(scenarios / "graphs" / "grid-sum-product.yaml", [graph, algorithm, *IDEAL])
+    assert result.metrics["marginal_error_linf"] < 1e-10
+
+
+def test_a_huge_tolerance_leaves_the_start_round_and_the_independent_estimate(scenarios: Path) -> None:
+    overrides = ["algorithm.tolerance=1e9", *IDEAL]
+    _, keep, result = simulate(scenarios / "chen2006" / "association-csmp.yaml", overrides)
+    edges = len(sent_by_round(keep)[0])
+    assert result.metrics["graph_messages"] == edges
+    assert result.metrics["association_error"] == result.metrics["association_error_independent"]
+
+
+def test_parameters_are_frozen() -> None:
+    from netsim.algorithms.message_passing import CsmpParameters
+
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        CsmpParameters().tolerance = 2.0  # type: ignore[misc]
