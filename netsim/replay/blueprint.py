@@ -9,6 +9,7 @@ from netsim.replay import style
 from netsim.replay.options import Pace
 from netsim.replay.scene import Scene
 from netsim.replay.track import TIMELINE
+from netsim.units import NS_PER_S
 
 _RADIO_WINDOW_S = 0.25
 _LEGEND_LINES = 8
@@ -28,7 +29,7 @@ def make_blueprint(
     """
     right = [
         view
-        for view in (_curves(present, on_battery, energy_curves), *_radio(present), *_log(present))
+        for view in (_curves(present, on_battery, energy_curves, pace), *_radio(present), *_log(present))
         if view is not None
     ]
     shares = [3, 3, 2][: len(right)]
@@ -53,7 +54,7 @@ def _map(scene: Scene) -> rrb.Spatial2DView:
     )
 
 
-def _curves(present: Collection[str], on_battery: bool, curves: int) -> rrb.Tabs | None:
+def _curves(present: Collection[str], on_battery: bool, curves: int, pace: Pace) -> rrb.Tabs | None:
     known = (
         (
             "/plots/energy",
@@ -64,8 +65,15 @@ def _curves(present: Collection[str], on_battery: bool, curves: int) -> rrb.Tabs
         ("/plots/senders", "Senders per round", rrb.Corner2D.RightTop, True),
         ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
     )
+    window = rr.TimeRange(
+        start=rr.TimeRangeBoundary.absolute(seconds=pace.start_ns / NS_PER_S),
+        end=rr.TimeRangeBoundary.absolute(seconds=pace.end_ns / NS_PER_S),
+    )
+    whole = rrb.TimeAxis(view_range=window)
     views = [
-        rrb.TimeSeriesView(origin=origin, name=name, plot_legend=rrb.PlotLegend(corner=corner, visible=legend))
+        rrb.TimeSeriesView(
+            origin=origin, name=name, plot_legend=rrb.PlotLegend(corner=corner, visible=legend), axis_x=whole
+        )
         for origin, name, corner, legend in known
         if origin in present
     ]

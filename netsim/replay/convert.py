@@ -18,7 +18,7 @@ from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
 from netsim.replay.track import Kinds, Setting, Track
 from netsim.trace.events import Frame
-from netsim.trace.reader import last_time_ns
+from netsim.trace.reader import last_time_ns, trace_metadata
 
 _APPLICATION = "netsim"
 _LEAD_NS = 1_000_000_000  # frames are recorded at their end, so those of the first ticks may be older than the window
@@ -84,8 +84,9 @@ def convert(trace: Path, recording: rr.RecordingStream, options: ReplayOptions) 
 def save_recording(trace: Path, rrd: Path, options: ReplayOptions) -> None:
     """Convert a trace into an `.rrd` file with its layout inside."""
     conversion = Conversion(trace, options)
-    recording = rr.RecordingStream(_APPLICATION, recording_id=trace.stem, send_properties=False)
+    recording = rr.RecordingStream(_APPLICATION, send_properties=False)
     recording.save(rrd)
+    recording.send_recording_name(trace_metadata(trace).get("scenario", trace.stem))
     conversion.run(recording)
     recording.flush()
     recording.disconnect()

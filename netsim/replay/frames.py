@@ -11,7 +11,7 @@ from netsim.replay import style
 from netsim.replay.flights import NO_FLIGHTS, Air, Flights, Rows
 from netsim.replay.scene import Scene, legend, static
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, timed
+from netsim.replay.track import Setting, entity, timed
 from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame
 
 _LOST, _COLLIDED, _ACKS, _FIRST_KIND = range(4)
@@ -97,21 +97,21 @@ class FrameTrack:
         return (tail >= 0) & (head >= 0) & (shown[tail] | shown[head])
 
     def _chunks(self, rows: Rows) -> Iterator[Chunk]:
-        entity = self._entity(rows.layer)
+        path = self._entity(rows.layer)
         if rows.layer not in self._styled:
             self._styled.add(rows.layer)
-            yield static(entity, self._style(rows.layer))
+            yield static(path, self._style(rows.layer))
         origins, vectors = _shafts(self._setting.scene, rows)
         columns = rr.Arrows2D.columns(origins=origins, vectors=vectors).partition(rows.lengths)
         parts = list(columns)
         if rows.layer in (_LOST, _COLLIDED):
             parts += rr.Arrows2D.columns(labels=list(_REASONS[rows.flights.outcome])).partition(rows.lengths)
-        yield timed(entity, rows.time_ns, parts)
+        yield timed(path, rows.time_ns, parts)
 
     def _entity(self, layer: int) -> str:
         if layer < _FIRST_KIND:
             return _FIXED_LAYERS[layer]
-        return f"/map/messages/{self._setting.kinds.names[layer - _FIRST_KIND]}"
+        return entity("map", "messages", self._setting.kinds.names[layer - _FIRST_KIND])
 
     def _style(self, layer: int) -> rr.Arrows2D:
         fixed = {_LOST: style.LOST, _COLLIDED: style.COLLIDED, _ACKS: style.ACKNOWLEDGEMENT}

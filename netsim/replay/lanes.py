@@ -11,7 +11,7 @@ from rerun.chunk import Chunk
 from netsim.replay import style
 from netsim.replay.scene import static
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, timed
+from netsim.replay.track import Setting, entity, timed
 from netsim.trace.events import OUTCOME_CODE, RADIO_STATES, Frame, RadioState
 
 _STATES = (*RADIO_STATES, "collided")
@@ -47,7 +47,7 @@ class LaneTrack:
             yield from self._lanes(batch.numbers("node"), batch.time_ns, batch.numbers("state").astype(np.int64))
 
     def _entity(self, row: int) -> str:
-        return f"/radio/{self._setting.scene.nodes.name[row]}"
+        return entity("radio", self._setting.scene.nodes.name[row])
 
     def _beginning(self) -> Iterator[Chunk]:
         values = list(_STATES)

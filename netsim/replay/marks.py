@@ -76,11 +76,12 @@ class DeathTrack:
         self._dead: list[int] = []
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """One row a death, of all that are dead."""
-        died = batch.where(np.array(batch.texts("event")) == "died")
-        rows = self._scene.rows(died.numbers("node"))
-        for time_ns, row in zip(died.time_ns, rows, strict=True):
-            self._dead.append(int(row))
+        """One row a death or return, of all that are dead."""
+        rows = self._scene.rows(batch.numbers("node")).tolist()
+        for time_ns, row, event in zip(batch.time_ns, rows, batch.texts("event"), strict=True):
+            if (event == "died") == (row in self._dead) or event not in ("died", "started"):
+                continue
+            self._dead = [*self._dead, row] if event == "died" else [other for other in self._dead if other != row]
             points = rr.Points2D(
                 self._scene.place[self._dead],
                 colors=[style.DEAD],

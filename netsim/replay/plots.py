@@ -11,7 +11,7 @@ from rerun.chunk import Chunk
 from netsim.replay import style
 from netsim.replay.scene import static
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, scalars
+from netsim.replay.track import Setting, entity, scalars
 from netsim.trace.events import Association, GraphMessages, MessageSent, NodeEnergy, TruthOrigins
 
 _ROUND_CURVES = {
@@ -55,7 +55,7 @@ class EnergyTrack:
         names = [name for name, plotted in zip(self._setting.scene.nodes.name, self._plotted, strict=True) if plotted]
         for name, column in zip(names, table.T, strict=True):
             sampled = ~np.isnan(column)
-            yield scalars(f"/plots/energy/{name}", batch.time_ns[sampled], column[sampled])
+            yield scalars(entity("plots", "energy", name), batch.time_ns[sampled], column[sampled])
 
     def finish(self) -> Iterator[Chunk]:
         """Nothing."""
@@ -97,14 +97,15 @@ class RateTrack:
         for number, counts in sorted(self._counts.items()):
             name = self._setting.kinds.names[number]
             rate = np.array([counts.get(int(slot), 0) for slot in slots]) / (pace.bin_ns / 1e9)
+            path = entity("plots", "messages", name)
             look = rr.SeriesLines(
                 colors=[self._setting.kinds.colour(number)],
                 names=[name],
                 widths=[2.0],
                 interpolation_mode=rr.components.InterpolationMode.StepAfter,
             )
-            yield static(f"/plots/messages/{name}", look)
-            yield scalars(f"/plots/messages/{name}", slots * pace.bin_ns, rate)
+            yield static(path, look)
+            yield scalars(path, slots * pace.bin_ns, rate)
 
 
 class RoundTrack:
@@ -138,9 +139,9 @@ class RoundTrack:
             return
         table = np.array([self._totals[number] for number in sorted(self._totals)])
         for column, (name, colour) in enumerate(_ROUND_CURVES.items(), start=1):
-            entity = f"/plots/senders/{name.replace(' ', '_')}"
-            yield static(entity, rr.SeriesLines(colors=[colour], names=[name], widths=[2.0]))
-            yield scalars(entity, table[:, 0], table[:, column])
+            path = f"/plots/senders/{name.replace(' ', '_')}"
+            yield static(path, rr.SeriesLines(colors=[colour], names=[name], widths=[2.0]))
+            yield scalars(path, table[:, 0], table[:, column])
 
 
 class AccuracyTrack:

@@ -63,16 +63,17 @@ def batches(path: Path, topics: Sequence[str], start_ns: int, end_ns: int) -> It
     Raises:
         TraceError: If the file is damaged.
     """
-    reader = McapReader(
-        path,
-        timeline_type="duration",
-        decoders=_DECODERS,
-        include_topic_regex=[f"^{re.escape(topic)}$" for topic in topics],
-        start_time_ns=start_ns,
-        end_time_ns=end_ns,
-        recover=not is_complete(path),
-    )
+    whole = is_complete(path)
     try:
+        reader = McapReader(
+            path,
+            timeline_type="duration",
+            decoders=_DECODERS,
+            include_topic_regex=[f"^{re.escape(topic)}$" for topic in topics],
+            start_time_ns=start_ns,
+            end_time_ns=end_ns,
+            recover=not whole,
+        )
         for chunk in reader.stream():
             batch = chunk.to_record_batch()
             name = next((name for name in batch.schema.names if name.endswith(":message")), None)

@@ -86,12 +86,17 @@ class Setting:
         return self.scene.nodes.name[row] if row >= 0 else f"node {node}"
 
 
-def timed(entity: str, time_ns: NDArray[np.int64], columns: Iterable[Any]) -> Chunk:
+def entity(*parts: str) -> str:
+    """The path of an entity, whatever characters its parts have."""
+    return "".join(f"/{rr.escape_entity_path_part(part)}" for part in parts)
+
+
+def timed(path: str, time_ns: NDArray[np.int64], columns: Iterable[Any]) -> Chunk:
     """A chunk of rows in simulated time."""
     index = rr.TimeColumn(TIMELINE, duration=time_ns.astype("timedelta64[ns]"))
-    return Chunk.from_columns(entity, [index], columns)
+    return Chunk.from_columns(path, [index], columns)
 
 
-def scalars(entity: str, time_ns: NDArray[np.int64], values: NDArray[Any]) -> Chunk:
+def scalars(path: str, time_ns: NDArray[np.int64], values: NDArray[Any]) -> Chunk:
     """A chunk of numbers to plot."""
-    return timed(entity, time_ns, rr.Scalars.columns(scalars=np.asarray(values, np.float64)))
+    return timed(path, time_ns, rr.Scalars.columns(scalars=np.asarray(values, np.float64)))

@@ -2,12 +2,15 @@
 
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from rerun.chunk import McapReader, RrdReader
 from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 
@@ -16,8 +19,8 @@ from netsim.errors import TraceError
 from netsim.replay import ReplayOptions
 from netsim.replay.options import decide, nice
 from netsim.trace.cdr import wire_types
-from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOME_CODE, Frame, LinkTable, NodeTable
-from netsim.trace.reader import read_trace
+from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOME_CODE, Frame, LinkTable, MessageSent, NodeTable
+from netsim.trace.reader import TruncatedTraceWarning, read_trace
 from netsim.trace.writer import TraceWriter
 
 MS = 1_000_000
@@ -177,6 +180,43 @@ def test_a_cut_trace_is_shown_up_to_the_cut(grid: Path, tmp_path: Path) -> None:
     cut.write_bytes(grid.read_bytes()[:-60])
     rows = recording(cut, tmp_path)
     assert "/map/messages/belief" in rows
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30)
+@given(position=st.floats(0, 1), flip=st.integers(0, 255), cut=st.booleans())
+def test_damage_anywhere_raises_nothing_but_a_trace_error(
+    grid: Path, tmp_path: Path, position: float, flip: int, cut: bool
+) -> None:
+    data = bytearray(grid.read_bytes())
+    at = int(position * (len(data) - 1))
+    data[at] ^= flip
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(data[:at] if cut else data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TruncatedTraceWarning)
+        complaint = complaint_about(path, tmp_path / "damaged.rrd")
+    assert "\n" not in complaint
+    assert complaint.count(str(path)) <= 1
+
+
+def complaint_about(path: Path, rrd: Path) -> str:
+    """The trace error that converting gives; empty if none."""
+    try:
+        replay.save(path, rrd)
+    except TraceError as error:
+        return str(error)
+    return ""
+
+
+def test_any_kind_and_name_will_do(tmp_path: Path) -> None:
+    with TraceWriter(tmp_path / "odd.mcap", {}) as writer:
+        odd, none = ["a b/c", "\u00e9!"], [""] * 2
+        writer.write(NodeTable([5, 9], odd, none, none, [0, 1], [0, 0], none, none, [1.0] * 2), 0)
+        frame = Frame(0, 0, 2 * MS, 5, 9, "x / y#1", 0, 5, 0, 1, 0.0, [9], [0], [0.0], [0.0])
+        writer.write(frame, 2 * MS)
+        writer.write(MessageSent(1, 5, 9, "x / y#1", 5, 1, []), 2 * MS)
+    rows = recording(tmp_path / "odd.mcap", tmp_path)
+    assert sum(path.startswith(("/map/messages/", "/plots/messages/", "/radio/")) for path in rows) == 4
 
 
 def test_what_is_no_trace_is_one_clear_error(tmp_path: Path) -> None:
