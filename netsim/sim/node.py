@@ -12,9 +12,7 @@ from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.inbox import Inbox
-from netsim.sim.mac.link import Mac
-from netsim.sim.net.network import Network
-from netsim.sim.radio import Radio
+from netsim.sim.layers import LinkLayer, NetworkLayer, Transceiver
 from netsim.sim.tasks import RunningTask
 from netsim.trace.events import NodeLife
 from netsim.trace.recorder import Recorder
@@ -54,11 +52,11 @@ class Parts:
 
     account: Account
     battery: Battery
-    radio: Radio
+    radio: Transceiver
     cpu: Cpu
     sensor: SensorPort | None
-    mac: Mac
-    network: Network
+    mac: LinkLayer
+    network: NetworkLayer
     inbox: Inbox
     meters: tuple[Meter, ...]
 
@@ -120,6 +118,11 @@ class Node:
         self._recorder.record(NodeLife(self.identity.id, "started", type(algorithm).__name__))
         self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
         self._clock.process(self._main.body())
+
+    @property
+    def is_running(self) -> bool:
+        """Whether its algorithm has started and not yet ended."""
+        return self._main is not None and not self._main.finished
 
     def spawn(self, op: Op[T]) -> RunningTask[T]:
         """Run an operation beside the algorithm."""

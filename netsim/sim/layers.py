@@ -1,0 +1,59 @@
+"""What a node needs of the layers below its algorithm, so that test doubles can stand in for them."""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from netsim.api import Delivery
+
+
+class Transceiver(Protocol):
+    """The radio, as its node sees it."""
+
+    @property
+    def state(self) -> str:
+        """One of `netsim.trace.events.RADIO_STATES`."""
+        ...
+
+    def start(self) -> None:
+        """Power up, at the start of the run."""
+        ...
+
+    def die(self) -> None:
+        """The battery is empty."""
+        ...
+
+
+class LinkLayer(Protocol):
+    """Medium access, as its node sees it (see `netsim.sim.mac.link.Mac`)."""
+
+    @property
+    def pending(self) -> int:
+        """Jobs accepted and not yet done."""
+        ...
+
+    def sleep(self) -> None:
+        """Let the radio sleep whenever nothing is to be sent."""
+        ...
+
+    def wake(self) -> None:
+        """Keep the radio awake."""
+        ...
+
+    def stop(self) -> None:
+        """The node died: drop everything."""
+        ...
+
+
+class NetworkLayer(Protocol):
+    """What takes messages from the node's algorithm (see `netsim.sim.net.network.Network`)."""
+
+    def send(
+        self,
+        destination: int,
+        kind: str,
+        payload: bytes,
+        causes: Sequence[int],
+        done: Callable[[Delivery], None],
+    ) -> int:
+        """Take a message, call `done` once with what became of it at this node, return its number in the trace."""
+        ...
