@@ -81,5 +81,5 @@ def batches(path: Path, topics: Sequence[str], start_ns: int, end_ns: int) -> It
                 times = batch.column(batch.schema.get_field_index(_TIME)).cast(pa.int64()).to_numpy()
                 yield Batch(str(chunk.entity_path), times, batch.column(batch.schema.get_field_index(name)).flatten())
     except (RuntimeError, ValueError, OSError) as error:
-        msg = f"{path}: cannot read the trace: {error}"
+        msg = f"{path}: cannot read the trace: {str(error).splitlines()[0]}"
         raise TraceError(msg) from error

@@ -31,9 +31,9 @@ _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_TIMES = struct.Struct("<QQ")
 _MAGIC = b"\x89MCAP0\r\n"
-_TAIL_SIZE_BYTE = (
-    _RECORD.size + 20 + len(_MAGIC)
-)  # the footer record (two offsets and a checksum) and the closing magic
+_FOOTER = struct.Struct("<QQI")
+_TAIL_SIZE_BYTE = _RECORD.size + _FOOTER.size + len(_MAGIC)
+_CHECKSUM_AND_MAGIC_BYTE = 4 + len(_MAGIC)
 _TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
 
 
@@ -152,16 +152,24 @@ def is_complete(path: Path | str) -> bool:
     """Whether a trace ends as a closed one does; if not, its writer was interrupted.
 
     Raises:
-        TraceError: If the file cannot be read.
+        TraceError: If the file cannot be read, or the index at its end is damaged.
     """
     try:
         with Path(path).open("rb") as stream:
             size_byte = stream.seek(0, os.SEEK_END)
             stream.seek(max(0, size_byte - _TAIL_SIZE_BYTE))
             tail = stream.read()
+            if not tail.endswith(_MAGIC) or tail[0] != Opcode.FOOTER:
+                return False
+            start, _, checksum = _FOOTER.unpack_from(tail, _RECORD.size)
+            stream.seek(min(start, size_byte))
+            # The checksum covers the index and the footer up to the checksum itself.
+            if zlib.crc32(stream.read()[:-_CHECKSUM_AND_MAGIC_BYTE]) != checksum:
+                msg = f"{path}: damaged: the index has a wrong checksum"
+                raise TraceError(msg)
     except OSError as error:
         raise _unreadable(path, error) from error
-    return tail.endswith(_MAGIC) and tail[:1] == bytes([Opcode.FOOTER])
+    return True
 
 
 def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, Event]]:

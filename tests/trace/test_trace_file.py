@@ -163,6 +163,11 @@ def test_cut_traces_are_read_up_to_the_last_whole_record(small: Path, tmp_path: 
     cut.write_bytes(small.read_bytes()[:-60])
     assert is_complete(small)
     assert not is_complete(cut)
+    damaged = bytearray(small.read_bytes())
+    damaged[-100] ^= 1
+    (cut.parent / "damaged.mcap").write_bytes(damaged)
+    with pytest.raises(TraceError, match="the index has a wrong checksum"):
+        is_complete(cut.parent / "damaged.mcap")
     assert len(list(read_trace(cut))) == 100  # only the index is damaged
     cut.write_bytes(small.read_bytes()[:1500])
     with pytest.warns(TruncatedTraceWarning, match="cut short"):
