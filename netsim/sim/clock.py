@@ -8,9 +8,25 @@ from typing import Any
 
 import simpy
 from simpy.events import Event as SimEvent
+from simpy.events import EventPriority
 
 Action = Callable[[Any], None]
 """A callback; its one argument is to be ignored."""
+
+
+FIRST, LAST = 0, 2
+"""Ranks among the events of one instant; ordinary events have rank 1 (`simpy.events.NORMAL`)."""
+
+
+class _Ranked(SimEvent):
+    """An event that happens by itself after a delay, with a rank among those of its instant."""
+
+    def __init__(self, environment: simpy.Environment, rank: int, delay_ns: int, action: Action) -> None:
+        super().__init__(environment)
+        self._ok = True
+        self._value = None
+        self.callbacks.append(action)
+        environment.schedule(self, EventPriority(rank), delay_ns)
 
 
 class Clock:
@@ -31,6 +47,14 @@ class Clock:
     def call_after(self, delay_ns: int, action: Action) -> None:
         """Call `action` in `delay_ns`. It cannot be cancelled: the action looks whether it is still wanted."""
         self.environment.timeout(delay_ns).callbacks.append(action)
+
+    def call_first(self, delay_ns: int, action: Action) -> None:
+        """As `call_after`, before everything else of that instant (that was not asked for within it)."""
+        _Ranked(self.environment, FIRST, delay_ns, action)
+
+    def call_last(self, delay_ns: int, action: Action) -> None:
+        """As `call_after`, after everything else of that instant, and after what that leads to at once."""
+        _Ranked(self.environment, LAST, delay_ns, action)
 
     def timeout(self, delay_ns: int) -> SimEvent:
         """An event that happens in `delay_ns`; for a process to wait on."""

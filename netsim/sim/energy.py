@@ -1,5 +1,8 @@
 """Where the joules go: batteries that integrate piecewise-constant power, and the ledger of who drew it and what for.
 
+Powers are whole femtowatts and energies whole yoctojoules (1 fW for 1 ns), so every sum is exact: the decimal figures of
+data sheets, which binary fractions cannot hold, lead to the nanosecond that a calculation by hand gives.
+
 Two independent sums of the same draw are kept. The battery integrates the node's total power; each device's meter books
 its own share under device, state and message kind. At the end of a run both must agree (`Battery.check_closure`).
 """
@@ -10,17 +13,23 @@ from dataclasses import dataclass, field
 
 from netsim.errors import InvariantError
 from netsim.sim.clock import Clock
-from netsim.units import energy_j
 
-CLOSURE_RTOL = 1e-9
+FW_PER_MW = 10**12
+YJ_PER_PJ = 10**12
+YJ_PER_J = 10**24
 
 
 @dataclass(slots=True)
 class Entry:
     """One line of a ledger: energy and time booked under one heading."""
 
-    energy_j: float = 0.0
+    energy_yj: int = 0
     time_ns: int = 0
+
+    @property
+    def energy_j(self) -> float:
+        """The energy in joules."""
+        return self.energy_yj / YJ_PER_J
 
 
 @dataclass(slots=True)
@@ -29,39 +38,46 @@ class Account:
 
     entries: dict[tuple[str, str, str], Entry] = field(default_factory=dict)
 
-    def book(self, key: tuple[str, str, str], amount_j: float, time_ns: int) -> None:
+    def book(self, key: tuple[str, str, str], amount_yj: int, time_ns: int) -> None:
         """Add energy and time to an entry."""
         entry = self.entries.get(key)
         if entry is None:
             entry = self.entries[key] = Entry()
-        entry.energy_j += amount_j
+        entry.energy_yj += amount_yj
         entry.time_ns += time_ns
 
     @property
-    def total_j(self) -> float:
+    def total_yj(self) -> int:
         """Everything booked."""
-        return math.fsum(entry.energy_j for entry in self.entries.values())
+        return sum(entry.energy_yj for entry in self.entries.values())
+
+    @property
+    def total_j(self) -> float:
+        """Everything booked, in joules."""
+        return self.total_yj / YJ_PER_J
 
 
 class Battery:
     """Energy left in a node, emptied by the power its meters announce.
 
     The instant of depletion is computed, never polled: one guard event is armed for the predicted instant and, when it
-    fires too early because the draw has fallen since, armed again.
+    fires too early because the draw has fallen since, armed again. It comes before everything else that happens at its
+    nanosecond: from then on the node is dead, in whatever order the rest is handled.
 
     Args:
         clock: Simulated time.
-        capacity_j: Usable energy at the start; infinity for mains power.
+        capacity_j: Usable energy at the start, to the nearest picojoule; infinity for mains power.
         on_empty: Called once, at the first nanosecond at which the energy drawn reaches the capacity.
     """
 
     def __init__(self, clock: Clock, capacity_j: float, on_empty: Callable[[], None]) -> None:
         self._clock = clock
         self.capacity_j = capacity_j
+        self._capacity_yj = None if capacity_j == math.inf else round(capacity_j * 1e12) * YJ_PER_PJ
         self._on_empty = on_empty
         self._meters: list[Meter] = []
-        self._power_mw = 0.0
-        self._used_j = 0.0
+        self._power_fw = 0
+        self._used_yj = 0
         self._since_ns = clock.now_ns
         self._guard_ns: int | None = None
         self.is_empty = False
@@ -69,12 +85,12 @@ class Battery:
     @property
     def used_j(self) -> float:
         """Energy drawn until now. Asking changes nothing."""
-        return self._used_j + energy_j(self._power_mw, self._clock.now_ns - self._since_ns)
+        return self._used_now_yj / YJ_PER_J
 
     @property
     def left_j(self) -> float:
         """Energy left now."""
-        return self.capacity_j - self.used_j
+        return math.inf if self._capacity_yj is None else (self._capacity_yj - self._used_now_yj) / YJ_PER_J
 
     def connect(self, meter: "Meter") -> None:
         """Let a device draw from this battery."""
@@ -82,48 +98,51 @@ class Battery:
 
     def power_changed(self) -> None:
         """A meter's power has changed just now: settle what was drawn so far and predict the end anew."""
-        now_ns = self._clock.now_ns
-        self._used_j += energy_j(self._power_mw, now_ns - self._since_ns)
-        self._since_ns = now_ns
-        self._power_mw = sum(meter.power_mw for meter in self._meters)
-        if self.capacity_j != math.inf and self._power_mw > 0.0 and not self.is_empty:
-            self._arm(now_ns)
+        self._settle()
+        self._power_fw = sum(meter.power_fw for meter in self._meters)
+        self._arm()
 
     def check_closure(self, account: Account, node: int) -> None:
         """Compare the integrated draw with the ledger.
 
         Raises:
-            InvariantError: If they differ by more than 1e-9 of the draw.
+            InvariantError: If they differ at all.
         """
-        if not math.isclose(self.used_j, account.total_j, rel_tol=CLOSURE_RTOL, abs_tol=1e-15):
+        if self._used_now_yj != account.total_yj:
             message = (
                 f"energy of node {node} does not close at {self._clock.now_ns} ns: "
                 f"drawn {self.used_j!r} J, booked {account.total_j!r} J"
             )
             raise InvariantError(message)
 
-    def _empty_at_ns(self, now_ns: int) -> int:
-        left_j = self.capacity_j - self._used_j
-        return now_ns + max(0, math.ceil(left_j / (self._power_mw * 1e-12)))
+    @property
+    def _used_now_yj(self) -> int:
+        return self._used_yj + self._power_fw * (self._clock.now_ns - self._since_ns)
 
-    def _arm(self, now_ns: int) -> None:
-        at_ns = self._empty_at_ns(now_ns)
+    def _settle(self) -> None:
+        self._used_yj = self._used_now_yj
+        self._since_ns = self._clock.now_ns
+
+    def _arm(self) -> None:
+        """Be called when the battery is empty at the present draw; to be used just after settling."""
+        if self._capacity_yj is None or self._power_fw <= 0 or self.is_empty:
+            return
+        delay_ns = max(0, -((self._used_yj - self._capacity_yj) // self._power_fw))
+        at_ns = self._since_ns + delay_ns
         if self._guard_ns is None or at_ns < self._guard_ns:
             self._guard_ns = at_ns
-            self._clock.call_after(at_ns - now_ns, self._guard_fired)
+            self._clock.call_first(delay_ns, self._guard_fired)
 
     def _guard_fired(self, _: object) -> None:
-        now_ns = self._clock.now_ns
-        if self.is_empty or self._guard_ns != now_ns:
+        if self.is_empty or self._guard_ns != self._clock.now_ns or self._capacity_yj is None:
             return  # a later guard was replaced by an earlier one
         self._guard_ns = None
-        if self._power_mw <= 0.0:
-            return
-        if self.used_j >= self.capacity_j or self._empty_at_ns(self._since_ns) <= now_ns:
+        self._settle()
+        if self._used_yj >= self._capacity_yj:
             self.is_empty = True
             self._on_empty()
         else:
-            self.power_changed()
+            self._arm()
 
 
 class Meter:
@@ -136,7 +155,7 @@ class Meter:
         self._device = device
         self._since_ns = clock.now_ns
         self._key = (device, "off", "")
-        self.power_mw = 0.0
+        self.power_fw = 0
         battery.connect(self)
 
     @property
@@ -148,8 +167,9 @@ class Meter:
         """From now on this device draws `power_mw`, booked under `state` and message `kind`."""
         self.settle()
         self._key = (self._device, state, kind)
-        if power_mw != self.power_mw:
-            self.power_mw = power_mw
+        power_fw = round(power_mw * FW_PER_MW)
+        if power_fw != self.power_fw:
+            self.power_fw = power_fw
             self._battery.power_changed()
 
     def relabel(self, state: str, kind: str = "") -> None:
@@ -161,5 +181,5 @@ class Meter:
         now_ns = self._clock.now_ns
         if now_ns > self._since_ns:
             time_ns = now_ns - self._since_ns
-            self._account.book(self._key, energy_j(self.power_mw, time_ns), time_ns)
+            self._account.book(self._key, self.power_fw * time_ns, time_ns)
             self._since_ns = now_ns
