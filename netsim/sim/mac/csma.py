@@ -82,7 +82,8 @@ class CsmaMac:
         self._attempt = 0
         self._backoffs = 0
         self._exponent = parameters.min_be
-        self._spacing_ns = 0
+        self._spaced_until_ns = 0  # end of the inter-frame space
+        self._sent_byte = 0
         self._awaits_ack = False
         self._step = 0  # counts steps of the exchange, so that an overtaken timer knows it
         self._wants_sleep = False
@@ -140,8 +141,8 @@ class CsmaMac:
     def _back_off(self) -> None:
         symbol_ns = self._radio.device.symbol_ns
         periods = int(self._uniform() * 2**self._exponent)
-        delay_ns = self._spacing_ns + (periods * UNIT_BACKOFF_SYMBOLS + CCA_SYMBOLS) * symbol_ns
-        self._spacing_ns = 0
+        spacing_ns = max(0, self._spaced_until_ns - self._clock.now_ns)
+        delay_ns = spacing_ns + (periods * UNIT_BACKOFF_SYMBOLS + CCA_SYMBOLS) * symbol_ns
         self._after(delay_ns, self._assess)
 
     def _assess(self) -> None:
@@ -180,16 +181,18 @@ class CsmaMac:
             self._next()
             return
         self._attempt += 1
-        self._space_after(frame)
+        self._sent_byte = frame.psdu_byte
+        self._space_after(frame.psdu_byte)
         if frame.wants_ack:
             self._awaits_ack = True
             self._after(ACK_WAIT_SYMBOLS * self._radio.device.symbol_ns, self._ack_missing)
         else:
             self._finish("")
 
-    def _space_after(self, frame: LinkFrame) -> None:
-        symbols = SIFS_SYMBOLS if frame.psdu_byte <= SIFS_LIMIT_BYTE else LIFS_SYMBOLS
-        self._spacing_ns = symbols * self._radio.device.symbol_ns
+    def _space_after(self, psdu_byte: int) -> None:
+        """Leave room after a frame, or after its acknowledgement where one came (7.5.1.3)."""
+        symbols = SIFS_SYMBOLS if psdu_byte <= SIFS_LIMIT_BYTE else LIFS_SYMBOLS
+        self._spaced_until_ns = self._clock.now_ns + symbols * self._radio.device.symbol_ns
 
     def _ack_missing(self) -> None:
         self._awaits_ack = False
@@ -209,6 +212,7 @@ class CsmaMac:
     def _on_receive(self, frame: LinkFrame) -> None:
         if frame.is_ack:
             if self._awaits_ack and frame.is_for(self._radio.node) and frame.sequence == self._sequence:
+                self._space_after(self._sent_byte)
                 self._finish("")
         elif frame.is_for(self._radio.node):
             if frame.wants_ack:
