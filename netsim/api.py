@@ -60,7 +60,8 @@ class Delivery:
     """What the sender learned of a message it sent.
 
     Attributes:
-        acknowledged: Every frame was acknowledged by the next hop (always true for broadcasts that were sent).
+        acknowledged: Every frame was acknowledged by the next hop. Where the MAC asks for no acknowledgement (broadcasts,
+            the ideal MAC) it is true once the message was sent, whatever became of it.
         reason: Why it was given up (`no_ack`, `channel_busy`, ...), empty when acknowledged.
         attempts: Transmissions it took at this node, retries included.
     """

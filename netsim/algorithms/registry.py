@@ -20,6 +20,9 @@ from netsim.errors import ScenarioError
 from netsim.kernels.semiring import Semiring
 from netsim.parameters import parameters
 
+GRAPHICAL = ("association", "factor-graph")
+"""Problems with a graphical model."""
+
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
 
 
@@ -33,6 +36,7 @@ class Entry:
         make: From its parameters to what a node runs.
         summary: What it does, in one line.
         citation: Where it comes from.
+        problems: Kinds of problem it can solve; empty for an algorithm that needs none.
     """
 
     name: str
@@ -40,6 +44,7 @@ class Entry:
     make: Callable[[Any], Algorithm]
     summary: str
     citation: str = ""
+    problems: tuple[str, ...] = ()
 
 
 def _message_passing(semiring: Semiring) -> Callable[[Any], Algorithm]:
@@ -55,6 +60,7 @@ SHIPPED: Mapping[str, Entry] = {
             _message_passing(Semiring.MAX),
             "loopy max-product, every message in every round",
             f"{CHEN_2006}, eq 5",
+            GRAPHICAL,
         ),
         Entry(
             "sum-product",
@@ -62,6 +68,7 @@ SHIPPED: Mapping[str, Entry] = {
             _message_passing(Semiring.SUM),
             "loopy sum-product (belief propagation), every message in every round",
             f"{CHEN_2006}, eqs 3 and 4",
+            GRAPHICAL,
         ),
         Entry(
             "csmp",
@@ -69,6 +76,7 @@ SHIPPED: Mapping[str, Entry] = {
             _message_passing(Semiring.MAX),
             "communication-sensitive max-product: messages that tell too little are kept",
             f"{CHEN_2006}, section 5",
+            GRAPHICAL,
         ),
         Entry(
             "cssp",
@@ -76,6 +84,7 @@ SHIPPED: Mapping[str, Entry] = {
             _message_passing(Semiring.SUM),
             "communication-sensitive sum-product: messages that tell too little are kept",
             f"{CHEN_2006}, section 5",
+            GRAPHICAL,
         ),
         Entry(
             "neighbour-traffic",

@@ -68,7 +68,13 @@ def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 def _time(result: Result) -> Iterator[Row]:
-    yield "simulated time", _seconds(result.metrics["simulated_s"])
+    figures = result.metrics
+    unfinished = figures["nodes"] - figures["nodes_finished"] - figures["nodes_failed"] - figures["nodes_died"]
+    if unfinished:
+        yield "nodes cut off at the horizon", f"{unfinished} of {figures['nodes']}"
+    if figures["nodes_failed"]:
+        yield "nodes whose algorithm failed", f"{figures['nodes_failed']} of {figures['nodes']}"
+    yield "simulated time", _seconds(figures["simulated_s"])
     yield "wall time", _seconds(result.wall_s)
 
 

@@ -119,14 +119,14 @@ class AssociationError:
         ]
 
     def _error(self, decisions: Decisions, targets_only: bool = False) -> float | None:
-        """Over all measurements; those of a sensor that never decided count as wrong."""
+        """Over all measurements; those of a sensor that never decided count as wrong. None when no sensor decided."""
         wrong = total = 0
         for node, origin in self._origins.items():
             counted = origin >= 0 if targets_only else np.ones(len(origin), bool)
             total += int(counted.sum())
             decided = decisions.get(node)
             wrong += int(counted.sum() if decided is None else (counted & (np.asarray(decided) != origin)).sum())
-        return wrong / total if total else None
+        return wrong / total if total and decisions else None
 
     def _differs(self, first: Decisions, second: Decisions) -> float | None:
         pairs = [(np.asarray(first[node]), np.asarray(second[node])) for node in self._origins if node in first]

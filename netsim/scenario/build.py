@@ -18,7 +18,6 @@ from netsim.rng import Streams
 from netsim.scenario.links import Air, air_between
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.places import Place, places, positions_m
-from netsim.scenario.schema import Scenario
 from netsim.sim.air import FrameLog, Uniforms
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
@@ -69,9 +68,20 @@ def build(loaded: LoadedScenario, observers: Sequence[Observer] = (), clock: Clo
     return _Builder(loaded, observers, clock or Clock()).build()
 
 
-def draw_problem(scenario: Scenario, nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -> Problem:
+def _problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -> Problem:
+    """Draw the scenario's problem; what does not fit is a finding at its place in the file."""
+    try:
+        return _draw_problem(nodes, streams, loaded)
+    except ScenarioError as error:
+        if error.findings:
+            raise
+        finding = loaded.document.finding(("problem",), "a problem that the nodes can be given", str(error))
+        raise ScenarioError([finding]) from error
+
+
+def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -> Problem:
     """Draw the scenario's problem: truth, observations, knowledge."""
-    parameters = scenario.problem
+    parameters = loaded.scenario.problem
     if isinstance(parameters, AssociationParameters):
         sensing = [place for place in nodes if place.sensor is not None]
         return association.build(parameters, positions_m(sensing), [place.id for place in sensing], streams)
@@ -108,7 +118,7 @@ class _Builder:
         self._recorder = Recorder(lambda: clock.now_ns, observers)
         self._streams = Streams(self._scenario.seed, self._scenario.repetition)
         self._places = places(loaded, self._streams)
-        self._problem = draw_problem(self._scenario, self._places, self._streams, loaded)
+        self._problem = _problem(self._places, self._streams, loaded)
         self._air = air_between(self._places, self._scenario.medium, self._streams)
         self._medium = self._make_medium(self._air)
         self._routes = self._make_routes(self._air)

@@ -9,6 +9,7 @@ from netsim.algorithms.registry import SHIPPED, Entry, load_own
 from netsim.errors import Finding, ScenarioError
 from netsim.problems.association import AssociationParameters, ListedTargets
 from netsim.reading import Document, Unknown, check_document, read_document
+from netsim.reading import Path as ValuePath
 from netsim.reading.remedies import nearest
 from netsim.scenario.schema import Scenario
 
@@ -102,15 +103,16 @@ def inspect(
     registry = Registry(path.parent, plugins)
     scenario, findings = check_document(document, Scenario, dict.fromkeys(OPEN_PATHS, registry.resolve))
     if not findings:
-        findings = list(_across(scenario, document))
+        findings = list(_across(scenario, document, registry))
     if findings:
         return None, findings
     return LoadedScenario(scenario, path, document, registry), []
 
 
-def _across(scenario: Scenario, document: Document) -> Iterator[Finding]:
+def _across(scenario: Scenario, document: Document, registry: Registry) -> Iterator[Finding]:
     """Findings that concern more than one value."""
     yield from _group_names(scenario, document)
+    yield from _problem_fits(scenario, document, registry)
     yield from _targets_in_field(scenario, document)
 
 
@@ -122,6 +124,20 @@ def _group_names(scenario: Scenario, document: Document) -> Iterator[Finding]:
                 ("nodes", index, "name"), "a name no other group has", repr(group.name), "rename one of the groups"
             )
         seen.add(group.name)
+
+
+def _problem_fits(scenario: Scenario, document: Document, registry: Registry) -> Iterator[Finding]:
+    records: list[tuple[ValuePath, Any]] = [(("algorithm",), scenario.algorithm)]
+    records += [(("nodes", index, "algorithm"), group.algorithm) for index, group in enumerate(scenario.nodes)]
+    for path, record in records:
+        problems = registry.entry_of(record).problems if record is not None else ()
+        if problems and scenario.problem.type not in problems:
+            yield document.finding(
+                (*path, "type"),
+                f"an algorithm for the problem `{scenario.problem.type}`",
+                record.type,
+                f"set `problem` to one of the type {' or '.join(problems)}",
+            )
 
 
 def _targets_in_field(scenario: Scenario, document: Document) -> Iterator[Finding]:

@@ -58,9 +58,7 @@ def sent_by_round(keep: Keep) -> dict[int, set[tuple[int, int]]]:
 
 @pytest.mark.parametrize("algorithm", ["max-product", "sum-product", "csmp", "cssp"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_ideal_rounds_send_and_decide_what_the_central_kernel_does(
-    scenarios: Path, algorithm: str, seed: int
-) -> None:
+def test_ideal_rounds_send_and_decide_what_the_central_kernel_does(scenarios: Path, algorithm: str, seed: int) -> None:
     overrides = [f"seed={seed}", f"algorithm={{type: {algorithm}, rounds: 6}}", *IDEAL]
     parameters, keep, _ = simulate(scenarios / "chen2006" / "association-csmp.yaml", overrides)
     instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)

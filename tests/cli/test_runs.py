@@ -1,0 +1,199 @@
+"""Whole commands: runs that repeat themselves byte for byte, interruption, templates, the public interface."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import netsim
+from netsim.metrics.collect import metrics_of
+from netsim.trace.reader import is_complete, read_trace, trace_attachment
+
+FILES = ("trace.mcap", "metrics.json", "scenario.yaml")
+
+
+def command(*arguments: str, hash_seed: str = "0", cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
+    return subprocess.run(
+        [sys.executable, "-m", "netsim", *arguments],
+        capture_output=True,
+        text=True,
+        env=environment,
+        cwd=cwd,
+        check=False,
+    )
+
+
+def test_equal_seeds_give_equal_bytes_whatever_the_hash_seed(scenarios: Path, tmp_path: Path) -> None:
+    scenario = str(scenarios / "quickstart.yaml")
+    outs = [tmp_path / name for name in ("a", "b", "c")]
+    for out, hash_seed in zip(outs, ("0", "0", "12345"), strict=True):
+        assert command("run", scenario, "--out", str(out), hash_seed=hash_seed).returncode == 0
+    for name in FILES:
+        assert len({(out / name).read_bytes() for out in outs}) == 1, name
+    other = tmp_path / "other"
+    assert command("run", scenario, "--seed", "2", "--out", str(other)).returncode == 0
+    assert (other / "trace.mcap").read_bytes() != (outs[0] / "trace.mcap").read_bytes()
+    bare = tmp_path / "bare"
+    assert command("run", scenario, "--no-trace", "--out", str(bare)).returncode == 0
+    assert (bare / "metrics.json").read_bytes() == (outs[0] / "metrics.json").read_bytes()
+    assert not (bare / "trace.mcap").exists()
+
+
+def test_metrics_are_a_function_of_the_trace(scenarios: Path, tmp_path: Path) -> None:
+    result = netsim.run(scenarios / "quickstart.yaml", folder=tmp_path / "run")
+    assert result.trace is not None
+    again = metrics_of(read_trace(result.trace))
+    assert {key: result.metrics[key] for key in again} == again
+    assert json.loads(trace_attachment(result.trace, "metrics.json")) == result.metrics
+    assert trace_attachment(result.trace, "scenario.yaml") == (tmp_path / "run" / "scenario.yaml").read_bytes()
+
+
+def test_the_resolved_scenario_gives_the_same_run(scenarios: Path, tmp_path: Path) -> None:
+    first = netsim.run(scenarios / "quickstart.yaml", folder=tmp_path / "first")
+    second = netsim.run(tmp_path / "first" / "scenario.yaml", trace=False)
+    assert first.metrics == second.metrics
+
+
+def test_run_says_what_it_did(scenarios: Path, tmp_path: Path) -> None:
+    ended = command("run", str(scenarios / "quickstart.yaml"), cwd=tmp_path)
+    assert ended.returncode == 0
+    for words in (
+        "association error",
+        "exact MAP",
+        "graph messages per sensor",
+        "frames",
+        "retries",
+        "energy",
+        "wall time",
+    ):
+        assert words in ended.stdout
+    run_json = json.loads((tmp_path / "runs" / "quickstart" / "run.json").read_text())
+    assert run_json["netsim_version"] == netsim.__version__
+    assert run_json["wall_s"] > 0
+    again = command("run", str(scenarios / "quickstart.yaml"), cwd=tmp_path)
+    assert again.returncode == 0
+    assert (tmp_path / "runs" / "quickstart-2" / "metrics.json").exists()
+
+
+def test_interruption_closes_the_files(scenarios: Path, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    arguments = (
+        "--set",
+        "algorithm={type: neighbour-traffic, rounds: 100000}",
+        "--duration",
+        "100000",
+        "--out",
+        str(out),
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "netsim", "run", str(scenarios / "quickstart.yaml"), *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60
+    while not (out / "trace.partial.mcap").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    assert "interrupted" in stdout
+    assert json.loads((out / "metrics.json").read_text())["interrupted"] is True
+    assert is_complete(out / "trace.mcap")
+    assert sum(1 for _ in read_trace(out / "trace.mcap")) > 100
+
+
+def test_killed_run_leaves_a_readable_trace(scenarios: Path, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    arguments = (
+        "--set",
+        "algorithm={type: neighbour-traffic, rounds: 100000}",
+        "--duration",
+        "100000",
+        "--out",
+        str(out),
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "netsim", "run", str(scenarios / "quickstart.yaml"), *arguments],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    partial = out / "trace.partial.mcap"
+    deadline = time.monotonic() + 90
+    while time.monotonic() < deadline and not (partial.exists() and partial.stat().st_size > 200_000):
+        time.sleep(0.1)
+    process.kill()
+    process.wait()
+    assert partial.stat().st_size > 200_000
+    with pytest.warns(UserWarning, match="cut short"):
+        assert sum(1 for _ in read_trace(partial)) > 1000
+
+
+def test_template_runs_and_passes_its_test(tmp_path: Path) -> None:
+    assert command("new", "algorithm", "my-gossip", cwd=tmp_path).returncode == 0
+    assert len((tmp_path / "my_gossip.py").read_text().splitlines()) < 40
+    checked = command("check", "my_gossip.yaml", cwd=tmp_path)
+    assert checked.returncode == 0
+    assert "my_gossip:MyGossip was imported" in checked.stdout
+    assert command("run", "my_gossip.yaml", cwd=tmp_path).returncode == 0
+    tested = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert tested.returncode == 0, tested.stdout
+    wrong = command("run", "my_gossip.yaml", "--set", "algorithm.rounds=0", cwd=tmp_path)
+    assert wrong.returncode == 2
+    assert "algorithm.rounds" in wrong.stderr
+    assert command("new", "algorithm", "my-gossip", cwd=tmp_path).returncode == 2
+
+
+def test_failing_algorithm_is_reported_and_the_others_go_on(tmp_path: Path) -> None:
+    (tmp_path / "faulty.py").write_text(
+        "class Faulty:\n"
+        "    def run(self, node):\n"
+        "        yield from node.pause(1000)\n"
+        "        if node.id == 1:\n"
+        "            raise ValueError('odd')\n"
+        "        node.broadcast('hello', b'x')\n"
+        "        yield from node.pause(1_000_000_000)\n"
+    )
+    (tmp_path / "s.yaml").write_text(
+        "kind: scenario\nschema_version: 1\nname: faulty\nnodes:\n  - name: n\n"
+        "    placement: {type: grid, rows: 1, columns: 3, spacing_m: 5}\nalgorithm: {type: 'faulty:Faulty'}\n"
+    )
+    ended = command("run", "s.yaml", "--out", "out", cwd=tmp_path)
+    assert ended.returncode == 1
+    assert ended.stderr == "error: node 1: the algorithm of node 1 raised ValueError('odd')\n"
+    metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert (metrics["nodes_finished"], metrics["nodes_failed"], metrics["radio_messages"]) == (2, 1, 2)
+
+
+def test_list_and_schema(scenarios: Path) -> None:
+    listed = command("list")
+    assert listed.returncode == 0
+    assert all(word in listed.stdout for word in ("csmp", "cc2420", "quickstart.yaml"))
+    printed = command("schema")
+    assert printed.stdout == (scenarios / "netsim.schema.json").read_text(), (
+        "run: netsim schema > scenarios/netsim.schema.json"
+    )
+    assert "| `duration_s` |" in command("schema", "--reference").stdout
+
+
+@pytest.mark.parametrize(
+    "path", sorted(Path(__file__).parents[2].glob("scenarios/**/*.yaml")), ids=lambda path: path.stem
+)
+def test_shipped_scenarios_are_valid_and_name_the_schema(path: Path) -> None:
+    first = path.read_text().splitlines()[0]
+    assert first.startswith("# yaml-language-server: $schema=")
+    assert (path.parent / first.partition("=")[2]).resolve().is_file()
+    assert command("check", str(path)).returncode == 0
