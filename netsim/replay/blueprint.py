@@ -58,7 +58,7 @@ def _curves(present: Collection[str], on_battery: bool, curves: int, pace: Pace)
     known = (
         (
             "/plots/energy",
-            "Energy left (J)" if on_battery else "Energy consumed (J)",
+            "Energy left (J)" if on_battery else "Energy used (J)",
             *_energy_legend(on_battery, curves),
         ),
         ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),

@@ -17,9 +17,11 @@ from netsim.replay.scene import Scene, load_scene, scene_chunks
 from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
 from netsim.replay.track import Kinds, Setting, Track
-from netsim.trace.events import Frame
-from netsim.trace.reader import last_time_ns, trace_metadata
+from netsim.trace.events import Frame, NodeEnergy
+from netsim.trace.reader import last_time_ns, read_trace, trace_metadata
 
+_LAST_SAMPLES_NS = 60_000_000_000  # energy is sampled at the end of a run; in a trace cut short, some time before
+_WORTH_A_PLOT = 0.1
 _APPLICATION = "netsim"
 _LEAD_NS = 1_000_000_000  # frames are recorded at their end, so those of the first ticks may be older than the window
 
@@ -30,8 +32,9 @@ class Conversion:
     def __init__(self, trace: Path, options: ReplayOptions) -> None:
         self.trace = trace
         self.scene: Scene = load_scene(trace)
-        self.pace: Pace = decide(options, last_time_ns(trace))
-        self._energy, self._tracks = _tracks(self.scene, self.pace, options)
+        last_ns = last_time_ns(trace)
+        self.pace: Pace = decide(options, last_ns)
+        self._energy, self._tracks = _tracks(self.scene, self.pace, options, _drained(trace, self.scene, last_ns))
         self._present: set[str] = set()
 
     def run(self, recording: rr.RecordingStream) -> None:
@@ -92,10 +95,22 @@ def save_recording(trace: Path, rrd: Path, options: ReplayOptions) -> None:
     recording.disconnect()
 
 
-def _tracks(scene: Scene, pace: Pace, options: ReplayOptions) -> tuple[EnergyTrack, list[Track]]:
+def _drained(trace: Path, scene: Scene, last_ns: int) -> bool:
+    """Whether some battery has lost a tenth or more at the end."""
+    full_j = np.asarray(scene.nodes.battery_j)
+    fraction = 1.0
+    for _, event in read_trace(trace, {NodeEnergy.topic}, start_ns=last_ns - _LAST_SAMPLES_NS):
+        if isinstance(event, NodeEnergy):
+            row = scene.rows(np.asarray(event.node))
+            battery = np.isfinite(full_j[row]) & (full_j[row] > 0.0)
+            fraction = float((np.asarray(event.left_j)[battery] / full_j[row][battery]).min(initial=1.0))
+    return fraction <= 1.0 - _WORTH_A_PLOT
+
+
+def _tracks(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) -> tuple[EnergyTrack, list[Track]]:
     ids = np.asarray(scene.nodes.node)
     shown = np.ones(len(ids), bool) if options.nodes is None else np.isin(ids, list(options.nodes))
-    setting = Setting(scene, pace, options, Kinds(options.kinds), shown)
+    setting = Setting(scene, pace, options, Kinds(options.kinds), shown, drained)
     energy = EnergyTrack(setting)
     tracks: list[Track] = [make(setting) for make in (FrameTrack, RateTrack, NodeColourTrack, DeathTrack)]
     tracks += [make(setting) for make in (TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]

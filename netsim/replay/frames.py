@@ -22,6 +22,7 @@ _EXPECTED_PRR = 0.5  # a broadcast is missed, not merely unheard, over links at 
 _LOSS_REACH = 0.6  # lost frames stop on the way
 _WIDTHS = {_LOST: -1.6, _COLLIDED: -2.2, _ACKS: -1.0}
 _KIND_WIDTH = -2.4
+_CROWDED = 0.5
 
 
 class FrameTrack:
@@ -116,12 +117,13 @@ class FrameTrack:
     def _style(self, layer: int) -> rr.Arrows2D:
         fixed = {_LOST: style.LOST, _COLLIDED: style.COLLIDED, _ACKS: style.ACKNOWLEDGEMENT}
         colour = fixed.get(layer) or self._setting.kinds.colour(layer - _FIRST_KIND)
+        roomy = self._setting.scene.roomy
         order = {_LOST: "losses", _COLLIDED: "losses", _ACKS: "acks"}.get(layer, "messages")
         return rr.Arrows2D.from_fields(
             colors=[colour],
-            radii=[_WIDTHS.get(layer, _KIND_WIDTH)],
+            radii=[_WIDTHS.get(layer, _KIND_WIDTH) * (1.0 if roomy else _CROWDED)],
             draw_order=style.ORDER[order],
-            show_labels=layer in (_LOST, _COLLIDED),
+            show_labels=roomy and layer in (_LOST, _COLLIDED),
         )
 
 

@@ -14,6 +14,7 @@ from netsim.replay.track import Setting, timed
 from netsim.trace.events import Estimate, NodeEnergy, NodeLife, TruthTargets
 
 _CIRCLE = np.linspace(0.0, 2 * np.pi, 41)
+_LABELLED_TARGETS = 6  # more labels than this hide the map; they are then seen by pointing
 _SIGMAS = 2.0  # estimates are drawn with their two-sigma ellipse
 
 
@@ -109,27 +110,28 @@ class TargetTrack:
     past = False
 
     def __init__(self, setting: Setting) -> None:
-        self._radius_m = 0.7 * setting.scene.radius_m
+        self._radius_m = 0.5 * setting.scene.radius_m
         self._begun = False
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One row of positions a sample."""
+        target, lengths = batch.rows("target")
         if not self._begun:
             self._begun = True
             look = rr.Points2D.from_fields(
                 colors=[style.TARGET], radii=[self._radius_m], draw_order=style.ORDER["targets"]
             )
             yield static("/map/targets", look)
+            few = int(lengths.max()) <= _LABELLED_TARGETS
             names = rr.Points2D.from_fields(
-                colors=[style.LABEL], radii=[-0.1], show_labels=True, draw_order=style.ORDER["targets"]
+                colors=[style.LABEL], radii=[0.0], show_labels=few, draw_order=style.ORDER["targets"]
             )
             yield static("/map/targets/labels", names)
-        target, lengths = batch.rows("target")
         positions = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
         labels = [f"target {number}" for number in target]
         discs = rr.Points2D.columns(positions=positions)
         yield timed("/map/targets", batch.time_ns, discs.partition(lengths))
-        labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 1.6 * self._radius_m]), labels=labels)
+        labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 2.0 * self._radius_m]), labels=labels)
         yield timed("/map/targets/labels", batch.time_ns, labelled.partition(lengths))
 
     def finish(self) -> Iterator[Chunk]:

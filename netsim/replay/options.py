@@ -1,12 +1,14 @@
 """What a replay shows, and how fast."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 _REPLAY_WALL_S = 60.0  # a replay is paced to take about this long
 _SPEED_RANGE = (0.05, 2.0)
-_HOLD_WALL_S = 0.15  # long enough to see an arrow grow, short enough not to pile up
-_TICK_WALL_S = 0.05
+_HOLD_S = 0.15  # long enough to see an arrow grow, short enough not to pile up
+_LONGEST_HOLD_WALL_S = 0.75
+_TICK_WALL_S = 0.1
+_TICKS_A_HOLD = (3, 8)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,8 +20,8 @@ class ReplayOptions:
         end_s: Show up to here; None for the end of the trace.
         speed: Simulated seconds a second of playback; None for a pace fit for the length.
         hold_s: How long an arrow takes to grow from sender to receiver, simulated seconds (true airtimes are too short
-            to be seen); None for 0.15 s of playback, and of simulated time at most.
-        tick_s: Arrows move in steps of this many simulated seconds; None for a third of `hold_s`.
+            to be seen); None for 0.15 s, less in slow motion.
+        tick_s: Arrows move in steps of this many simulated seconds; None for a third to an eighth of `hold_s`.
         kinds: Show frames of these message kinds only; None for all.
         nodes: Show frames from and to these nodes only, and their radios and batteries; None for all.
         detail_nodes: Above this many nodes energy is plotted as least, mean and most, and no radio time line is made.
@@ -54,10 +56,10 @@ def decide(options: ReplayOptions, last_ns: int) -> Pace:
     end_s = min(last_ns / 1e9, math.inf if options.end_s is None else options.end_s)
     length_s = max(end_s - start_s, 1e-3)
     low, high = _SPEED_RANGE
-    chosen = replace(options, speed=options.speed or min(high, max(low, nice(length_s / _REPLAY_WALL_S))))
-    speed = chosen.speed or 1.0
-    hold_s = options.hold_s or _HOLD_WALL_S * min(1.0, speed)
-    tick_s = options.tick_s or hold_s * _TICK_WALL_S / _HOLD_WALL_S
+    speed = options.speed or min(high, max(low, nice(length_s / _REPLAY_WALL_S)))
+    hold_s = options.hold_s or min(_HOLD_S, _LONGEST_HOLD_WALL_S * speed)
+    fewest, most = _TICKS_A_HOLD
+    tick_s = options.tick_s or min(hold_s / fewest, max(hold_s / most, _TICK_WALL_S * speed))
     return Pace(
         start_ns=round(start_s * 1e9),
         end_ns=round(max(end_s, start_s) * 1e9) + (options.end_s is None),

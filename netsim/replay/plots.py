@@ -23,7 +23,7 @@ _SUMMARY = {"least": style.LEAST, "mean": style.MEAN, "most": style.MOST}
 
 
 class EnergyTrack:
-    """Energy left a node, or energy consumed where all run on mains; many nodes as least, mean and most."""
+    """Energy left a node, or consumed where no battery is drained much; many nodes as least, mean and most."""
 
     topics = (NodeEnergy.topic,)
     past = False
@@ -32,7 +32,7 @@ class EnergyTrack:
         self._setting = setting
         self._styled = False
         battery = np.isfinite(np.asarray(setting.scene.nodes.battery_j)) & setting.shown
-        self.on_battery = bool(battery.any())
+        self.on_battery = setting.drained and bool(battery.any())
         """Whether the curves are of energy left; else they are of energy consumed."""
         self._plotted = battery if self.on_battery else setting.shown
         many = int(self._plotted.sum()) > setting.options.detail_nodes

@@ -11,6 +11,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
+from scipy.spatial import cKDTree
 
 from netsim.errors import TraceError
 from netsim.replay import style
@@ -19,6 +20,7 @@ from netsim.trace.reader import read_trace
 
 _STATIC_TOPICS = {event_type.topic for event_type in (NodeTable, LinkTable, FieldInfo, VariablePlacement)}
 _MARGIN = 0.03
+_LABELLED_NODES = 100
 _LEGEND_HEIGHT = 0.04
 _LABEL_DROP = 1.4
 _VARIABLE_OFFSET = 1.5  # radii from the host, so that a variable is seen beside its node
@@ -45,6 +47,11 @@ class Scene:
     links: LinkTable | None
     field: FieldInfo | None
     model: VariablePlacement | None
+
+    @property
+    def roomy(self) -> bool:
+        """Whether there is room for labels; otherwise they are seen by pointing."""
+        return len(self.place) <= _LABELLED_NODES
 
     def rows(self, nodes: NDArray[np.integer]) -> NDArray[np.int64]:
         """Rows of node ids; -1 for unknown ids such as `BROADCAST`."""
@@ -88,14 +95,12 @@ def load_scene(path: Path) -> Scene:
 
 
 def _node_radius_m(place: NDArray[np.float64]) -> float:
-    """An eighth of the median distance to the nearest node, but at least 1/80 of the map."""
+    """An eighth of the median distance to the nearest node, but at least 1/250 of the map."""
     extent = float(np.ptp(place, axis=0).max()) or 1.0
     if len(place) < 2:
         return 0.05 * extent
-    x, y = place[:, 0], place[:, 1]
-    squared = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
-    np.fill_diagonal(squared, np.inf)
-    return float(max(np.median(np.sqrt(squared.min(axis=1))) / 8, extent / 80))
+    nearest_m = cKDTree(place).query(place, k=2)[0][:, 1]
+    return float(max(np.median(nearest_m) / 8, extent / 250))
 
 
 def _outline(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -124,7 +129,7 @@ def legend(scene: Scene, names: Sequence[str], colours: Sequence[style.Rgba]) ->
     points = rr.Points2D(
         np.column_stack([places, np.full(len(names), drop)]),
         colors=list(colours),
-        radii=[-0.1],
+        radii=[0.0],
         labels=list(names),
         show_labels=True,
     )
@@ -159,7 +164,10 @@ def _link_chunks(scene: Scene) -> Iterator[Chunk]:
     prr = np.ones(len(pairs))
     np.minimum.at(prr, where.ravel(), np.asarray(scene.links.prr, np.float64))
     lines = rr.LineStrips2D(
-        list(scene.place[pairs]), colors=style.prr_colours(prr), radii=[-0.5], draw_order=style.ORDER["links"]
+        list(scene.place[pairs]),
+        colors=style.prr_colours(prr, 2 * len(pairs) / len(scene.place)),
+        radii=[-0.5],
+        draw_order=style.ORDER["links"],
     )
     yield static("/map/links", lines)
 
@@ -217,11 +225,13 @@ def _node_chunks(scene: Scene) -> Iterator[Chunk]:
         draw_order=style.ORDER["nodes"],
     )
     yield static("/map/nodes", nodes)
+    if not scene.roomy:
+        return
     # Rerun writes a label across its point, so the visible ones belong to invisibly small points below the nodes.
     labels = rr.Points2D(
         scene.place + np.array([0.0, _LABEL_DROP * scene.radius_m]),
         colors=[style.LABEL],
-        radii=[-0.1],
+        radii=[0.0],
         labels=list(scene.nodes.name),
         show_labels=True,
         draw_order=style.ORDER["nodes"],

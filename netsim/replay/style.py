@@ -61,7 +61,8 @@ ORDER = {
 }
 
 _ENERGY_STOPS = np.array([(214, 48, 49), (240, 200, 60), (46, 190, 96)], float)
-_PRR_STOPS = np.array([(190, 60, 50), (170, 150, 50), (50, 140, 80)], float)
+_PRR_STOPS = np.array([(105, 40, 35), (88, 80, 32), (36, 84, 52)], float)
+_CALM_LINKS = 8.0  # links a node beyond which a map looks crowded
 
 
 def shade(fraction: NDArray[np.float64], stops: NDArray[np.float64], alpha: int) -> Colours:
@@ -76,9 +77,10 @@ def energy_colours(fraction: NDArray[np.float64]) -> Colours:
     return shade(fraction, _ENERGY_STOPS, 255)
 
 
-def prr_colours(prr: NDArray[np.float64]) -> Colours:
-    """Dim red for a bad link to dim green for a good one; shape (n, 4)."""
-    return shade(prr, _PRR_STOPS, 105)
+def prr_colours(prr: NDArray[np.float64], links_a_node: float) -> Colours:
+    """Dim red for a bad link to dim green for a good one, dimmer where links crowd; shape (n, 4)."""
+    dim = float(np.clip(_CALM_LINKS / links_a_node, 0.55, 1.0))
+    return shade(prr, dim * _PRR_STOPS, 255)
 
 
 def role_colours(roles: Sequence[str]) -> Colours:

@@ -82,4 +82,4 @@ class LogTrack:
 
 
 def _targets(row: Iterable[int]) -> str:
-    return ", ".join("none" if target < 0 else str(target) for target in row)
+    return ", ".join("none" if target < 0 else str(target) for target in row) or "(no measurements)"

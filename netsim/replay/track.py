@@ -72,6 +72,7 @@ class Setting:
         options: What the user asked for.
         kinds: Message kinds met so far.
         shown: Whether each row of the node table is to be shown.
+        drained: Whether some battery is drained so far that what is left is worth a plot.
     """
 
     scene: Scene
@@ -79,6 +80,7 @@ class Setting:
     options: ReplayOptions
     kinds: Kinds
     shown: NDArray[np.bool_]
+    drained: bool
 
     def label(self, node: int) -> str:
         """The name of a node id."""

@@ -270,5 +270,7 @@ def test_pace_fits_the_length() -> None:
     assert decide(ReplayOptions(), 10**9).speed == 0.05
     assert decide(ReplayOptions(), 9000 * 10**9).speed == 2.0
     assert decide(ReplayOptions(speed=7.0), 10**9).speed == 7.0
-    pace = decide(ReplayOptions(start_s=2, end_s=4, hold_s=0.3), 10**10)
-    assert (pace.start_ns, pace.end_ns, pace.hold_ns, pace.tick_ns) == (2 * 10**9, 4 * 10**9, 300 * MS, 100 * MS)
+    pace = decide(ReplayOptions(start_s=2, end_s=4, speed=1.0), 10**10)
+    assert (pace.start_ns, pace.end_ns, pace.hold_ns, pace.tick_ns) == (2 * 10**9, 4 * 10**9, 150 * MS, 50 * MS)
+    slow = decide(ReplayOptions(speed=0.1, end_s=1), 10**10)
+    assert (slow.hold_ns, slow.tick_ns) == (75 * MS, 10 * MS)
