@@ -74,6 +74,8 @@ class IdealMedium:
 
     def abort(self, transmission: Transmission) -> None:
         """See `Medium.abort`."""
+        if transmission.end_ns == self._clock.now_ns:
+            return  # it was sent whole, and its end is yet to be handled
         transmission.truncated = True
         transmission.end_ns = self._clock.now_ns
         self._release(transmission)
@@ -116,7 +118,7 @@ class IdealMedium:
         radio = listener.radio
         if transmission.truncated or radio.state == "dead":
             return DEAD
-        if radio.state in ("sleep", "off"):
+        if not radio.is_awake:
             return ASLEEP
         if self._loss_probability > 0.0 and listener.uniforms.next() < self._loss_probability:
             return LOST

@@ -68,7 +68,7 @@ class SinrMedium:
         now_ns = self._clock.now_ns
         if (listener.lock is not None and listener.lock.start_ns < now_ns) or listener.last_lock_end_ns == now_ns:
             return True
-        energy_mw = sum(power for other, power in listener.air.values() if other.start_ns < now_ns)
+        energy_mw = math.fsum(power for other, power in listener.air.values() if other.start_ns < now_ns)
         if listener.last_end_ns == now_ns:
             energy_mw += listener.last_end_mw
         return mw_to_dbm(energy_mw + self._noise_mw) >= listener.radio.device.cca_threshold_dbm
@@ -85,6 +85,8 @@ class SinrMedium:
 
     def abort(self, transmission: Transmission) -> None:
         """See `Medium.abort`."""
+        if transmission.end_ns == self._clock.now_ns:
+            return  # it was sent whole, and its end is yet to be handled
         transmission.truncated = True
         transmission.end_ns = self._clock.now_ns
         self._finish(transmission)
@@ -117,37 +119,31 @@ class SinrMedium:
         locked_on = self._lock_at(listener, now_ns)
         if locked_on is not None:
             self._close_segment(listener, locked_on, now_ns)
-        interference_mw = self._interference_mw(listener, now_ns)
         listener.air[transmission.id] = (transmission, path.power_mw)
         if locked_on is not None:
             self._open_segment(listener, locked_on, now_ns)
         if path.decodable:
-            self._try_lock(listener, transmission, path.power_mw, interference_mw, locked_on)
+            self._try_lock(listener, transmission, path.power_mw, locked_on)
 
     def _try_lock(
-        self,
-        listener: Listener,
-        transmission: Transmission,
-        power_mw: float,
-        interference_mw: float,
-        locked_on: Transmission | None,
+        self, listener: Listener, transmission: Transmission, power_mw: float, locked_on: Transmission | None
     ) -> None:
         node = listener.radio.node
-        sinr = power_mw / (self._noise_mw + interference_mw)
+        sinr = power_mw / (self._noise_mw + self._earlier_mw(listener, transmission.start_ns))
         reception = transmission.receptions[node] = Reception(node, power_mw, RECEIVED, sinr)
         if locked_on is not None and self._rivals(locked_on, transmission, node):
             self._unlock(listener, locked_on)
             locked_on = None
         outcome = self._deaf_outcome(listener, transmission, locked_on)
         if outcome is None and mw_to_dbm(sinr) < listener.radio.device.preamble_lock_sinr_db:
-            outcome = COLLIDED if interference_mw > 0.0 else WEAK
+            outcome = self._cause_of_loss(transmission, reception)
         if outcome is None:
-            self._lock(listener, transmission, interference_mw)
+            self._lock(listener, transmission)
         else:
             reception.outcome = outcome
 
     def _rivals(self, locked_on: Transmission, transmission: Transmission, node: int) -> bool:
-        """Of two preambles that begin at the same instant the stronger wins, whichever event is handled first."""
+        """Whether two preambles began at the same instant and the new one is stronger: it wins, whichever came first."""
         if locked_on.start_ns != transmission.start_ns:
             return False
         held, new = locked_on.receptions[node], transmission.receptions[node]
@@ -157,12 +153,11 @@ class SinrMedium:
         transmission.receptions[listener.radio.node].outcome = BUSY
         listener.lock = None
 
-    def _lock(self, listener: Listener, transmission: Transmission, interference_mw: float) -> None:
+    def _lock(self, listener: Listener, transmission: Transmission) -> None:
         if listener.lock is not None:  # it ends at this very instant, and its end is yet to be handled
             self._conclude(listener, listener.lock)
-        reception = transmission.receptions[listener.radio.node]
-        reception.interference_mw = interference_mw
-        reception.segment_ns = transmission.start_ns + listener.preamble_ns
+        transmission.receptions[listener.radio.node].segment_ns = transmission.start_ns + listener.preamble_ns
+        self._open_segment(listener, transmission, transmission.start_ns)
         listener.lock = transmission
         listener.radio.locked()
 
@@ -176,7 +171,7 @@ class SinrMedium:
             return BUSY
         if radio.could_hear_since(transmission.start_ns):
             return None
-        return ASLEEP if radio.state in ("sleep", "off") else HALF_DUPLEX
+        return HALF_DUPLEX if radio.is_awake else ASLEEP
 
     def _signal_ends(self, listener: Listener, transmission: Transmission, path: Path) -> None:
         now_ns = self._clock.now_ns
@@ -219,8 +214,12 @@ class SinrMedium:
         lock = listener.lock
         return lock if lock is not None and now_ns < lock.end_ns else None
 
-    def _interference_mw(self, listener: Listener, now_ns: int) -> float:
-        return sum(power for other, power in listener.air.values() if now_ns < other.end_ns)
+    def _earlier_mw(self, listener: Listener, now_ns: int) -> float:
+        """Power of what was on the air before this instant and still is: what a preamble that begins now meets.
+
+        Preambles that begin together are told apart by their strength (see `_rivals`), not by this.
+        """
+        return math.fsum(power for other, power in listener.air.values() if other.start_ns < now_ns < other.end_ns)
 
     def _close_segment(self, listener: Listener, transmission: Transmission, now_ns: int) -> None:
         reception = transmission.receptions[listener.radio.node]
@@ -233,6 +232,6 @@ class SinrMedium:
 
     def _open_segment(self, listener: Listener, transmission: Transmission, now_ns: int) -> None:
         reception = transmission.receptions[listener.radio.node]
-        reception.interference_mw = sum(
+        reception.interference_mw = math.fsum(  # the same in whatever order they began
             power for other, power in listener.air.values() if other is not transmission and now_ns < other.end_ns
         )

@@ -71,7 +71,7 @@ class Radio:
         self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
         self.on_receive: Callable[[LinkFrame], None] = lambda frame: None
         self.on_transmitted: Callable[[LinkFrame], None] = lambda frame: None
-        self.on_awake: Callable[[], None] = lambda: None
+        self.on_ready: Callable[[], None] = lambda: None
 
     @property
     def is_listening(self) -> bool:
@@ -105,9 +105,10 @@ class Radio:
     def transmission_ended(self, transmission: Transmission) -> None:
         """The medium tells that this radio's frame has left the air."""
         self._transmission = None
+        if self.state == "dead":
+            return  # it died at this very instant
         self._enter("switch", self.device.switching_mw, "switch", transmission.frame.kind)
-        self.listens_since_ns = self._clock.now_ns + self.device.turnaround_ns
-        self._later(self.device.turnaround_ns, self._listen)
+        self._ready_in(self.device.turnaround_ns)
         self.on_transmitted(transmission.frame)
 
     def locked(self) -> None:
@@ -129,8 +130,7 @@ class Radio:
         if self.state == "sleep":
             self._enter("switch", self.device.idle_mw, "wake")
             self._waking = True
-            self.listens_since_ns = self._clock.now_ns + self.device.wake_ns
-            self._later(self.device.wake_ns, self._awake)
+            self._ready_in(self.device.wake_ns)
 
     def die(self) -> None:
         """The battery is empty: fall silent at once."""
@@ -145,9 +145,17 @@ class Radio:
         self._enter("transmit", self._transmit_mw, label, frame.kind)
         self._transmission = self._medium.begin(self, frame)
 
-    def _awake(self) -> None:
-        self._listen()
-        self.on_awake()
+    def _ready_in(self, delay_ns: int) -> None:
+        """Listen again after start-up or turnaround, and tell the MAC, also if a frame begins at that very instant."""
+        self.listens_since_ns = self._clock.now_ns + delay_ns
+        era = self._era
+
+        def ready(_: object) -> None:
+            if self._era == era:
+                self._listen()
+            self.on_ready()
+
+        self._clock.call_after(delay_ns, ready)
 
     def _listen(self) -> None:
         since_ns = self.listens_since_ns

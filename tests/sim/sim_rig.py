@@ -14,12 +14,13 @@ from netsim.sim.mac.csma import CsmaMac, CsmaParameters
 from netsim.sim.mac.link import LinkJob
 from netsim.sim.medium import SinrMedium
 from netsim.sim.radio import Radio
-from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOMES, Frame, RadioState
+from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOMES, RADIO_STATES, Frame, RadioState
 from netsim.trace.recorder import Recorder
 from netsim.units import dbm_to_mw
 
 US = 1_000
 MS = 1_000_000
+DEAD = RADIO_STATES.index("dead")
 TURNAROUND_NS = 192 * US
 NOISE_DBM = -95.0
 
@@ -169,6 +170,11 @@ class Rig:
     def states(self, node):
         """A node's recorded radio states, (time in us, code)."""
         return [(time_ns / US, event.state) for time_ns, event in self.log.of(RadioState) if event.node == node]
+
+    def states_after_death(self, node):
+        """Recorded states of a node after the first `dead`."""
+        states = [event.state for _, event in self.log.of(RadioState) if event.node == node]
+        return states[states.index(DEAD) + 1 :]
 
 
 def sorted_frames(frames):

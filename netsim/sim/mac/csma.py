@@ -89,7 +89,7 @@ class CsmaMac:
         self._wants_sleep = False
         radio.on_receive = self._on_receive
         radio.on_transmitted = self._on_transmitted
-        radio.on_awake = self._next
+        radio.on_ready = self._next
 
     @property
     def pending(self) -> int:

@@ -30,7 +30,7 @@ class IdealMac:
         self._wants_sleep = False
         radio.on_receive = self.on_receive
         radio.on_transmitted = self.on_transmitted
-        radio.on_awake = self._next
+        radio.on_ready = self._next
 
     @property
     def pending(self) -> int:
