@@ -93,11 +93,14 @@ class SinrMedium:
         self._log.record(transmission)
 
     def stopped_listening(self, node: int, outcome: str) -> None:
-        """See `Medium.stopped_listening`."""
+        """See `Medium.stopped_listening`. What begins at this very instant meets a deaf receiver, whatever it met first."""
         listener = self._listeners[node]
         lock, listener.lock = listener.lock, None
         if lock is not None:
             lock.receptions[node].outcome = OUTCOME_CODE[outcome]
+        for other, _ in listener.air.values():
+            if other.start_ns == self._clock.now_ns and (reception := other.receptions.get(node)) is not None:
+                reception.outcome = OUTCOME_CODE[outcome]
 
     def _end(self, transmission: Transmission) -> None:
         if transmission.truncated:
@@ -131,27 +134,25 @@ class SinrMedium:
         node = listener.radio.node
         sinr = power_mw / (self._noise_mw + self._earlier_mw(listener, transmission.start_ns))
         reception = transmission.receptions[node] = Reception(node, power_mw, RECEIVED, sinr)
-        if locked_on is not None and self._rivals(locked_on, transmission, node):
-            self._unlock(listener, locked_on)
-            locked_on = None
         outcome = self._deaf_outcome(listener, transmission, locked_on)
         if outcome is None and mw_to_dbm(sinr) < listener.radio.device.preamble_lock_sinr_db:
             outcome = self._cause_of_loss(transmission, reception)
+        if outcome is None and locked_on is not None:
+            outcome = self._yield_to(listener, transmission, locked_on)
         if outcome is None:
             self._lock(listener, transmission)
         else:
             reception.outcome = outcome
 
-    def _rivals(self, locked_on: Transmission, transmission: Transmission, node: int) -> bool:
-        """Whether two preambles began at the same instant and the new one is stronger: it wins, whichever came first."""
-        if locked_on.start_ns != transmission.start_ns:
-            return False
+    def _yield_to(self, listener: Listener, transmission: Transmission, locked_on: Transmission) -> int | None:
+        """Of two preambles that begin at the same instant the stronger wins, whichever event is handled first."""
+        node = listener.radio.node
         held, new = locked_on.receptions[node], transmission.receptions[node]
-        return (new.power_mw, -transmission.frame.source) > (held.power_mw, -locked_on.frame.source)
-
-    def _unlock(self, listener: Listener, transmission: Transmission) -> None:
-        transmission.receptions[listener.radio.node].outcome = BUSY
+        if (new.power_mw, -transmission.frame.source) < (held.power_mw, -locked_on.frame.source):
+            return BUSY
+        held.outcome = BUSY
         listener.lock = None
+        return None
 
     def _lock(self, listener: Listener, transmission: Transmission) -> None:
         if listener.lock is not None:  # it ends at this very instant, and its end is yet to be handled
@@ -167,7 +168,7 @@ class SinrMedium:
         radio = listener.radio
         if radio.state == "dead":
             return DEAD
-        if locked_on is not None:
+        if locked_on is not None and locked_on.start_ns < transmission.start_ns:
             return BUSY
         if radio.could_hear_since(transmission.start_ns):
             return None

@@ -1,0 +1,26 @@
+"""Algorithms that scenarios of the tests name."""
+
+from netsim.api import NodeHandle, Op
+from netsim.trace.events import AlgorithmRecord
+
+MS = 1_000_000
+
+
+class Together:
+    """Every node speaks at the same instants, so that back-offs, frames and turnarounds of many nodes coincide."""
+
+    def run(self, node: NodeHandle) -> Op[None]:
+        for turn in range(8):
+            yield from node.pause_until(turn * 60 * MS)
+            node.broadcast("all", bytes(10))
+            for neighbour in node.neighbours[:2]:
+                node.send(neighbour.id, "one", bytes(120))
+            heard = []
+            while (message := (yield from node.receive(timeout_ns=(turn + 1) * 60 * MS - node.now_ns))) is not None:
+                heard.append([message.source, message.received_ns])
+                yield from node.compute(1000 * len(heard))
+            node.record(AlgorithmRecord(node.id, "heard", str(heard)))
+            if turn == 5 and node.id % 2:
+                node.radio_sleep()
+            elif turn == 6:
+                node.radio_wake()
