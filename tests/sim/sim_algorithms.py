@@ -24,3 +24,16 @@ class Together:
                 node.radio_sleep()
             elif turn == 6:
                 node.radio_wake()
+
+
+class Across:
+    """Every node sends 300 bytes to the node opposite, at a time of its own, and checks what it gets."""
+
+    def run(self, node: NodeHandle) -> Op[None]:
+        yield from node.pause(node.id * 200 * MS)
+        if node.id != 4:
+            node.send(8 - node.id, "across", bytes([node.id]) * 300)
+        while (message := (yield from node.receive(timeout_ns=3000 * MS))) is not None:
+            if message.payload != bytes([8 - node.id]) * 300:
+                text = f"node {node.id} got what was not sent"
+                raise ValueError(text)
