@@ -111,6 +111,7 @@ class Node:
         self._main: RunningTask[None] | None = None
         self.fresh: list[int] = []
         self.failure: NetsimError | None = None
+        self._is_over = False
 
     def start(self, algorithm: Algorithm, handle: NodeHandle) -> None:
         """Power up and run the algorithm."""
@@ -133,10 +134,13 @@ class Node:
         return task
 
     def die(self) -> None:
-        """The battery is empty: every device off, every process of this node ended, at this very nanosecond."""
+        """The battery is empty: every process of this node ended, every device off, at this very nanosecond.
+
+        The processes end first: what they do while clearing up (`finally`) still happens in life.
+        """
+        self._end(None)
         self._recorder.record(NodeLife(self.identity.id, "died", "battery empty"))
         self.parts.stop()
-        self._end(None)
 
     def deliver(self, message: Message) -> None:
         """The network layer hands up a message."""
@@ -152,8 +156,7 @@ class Node:
             self._fail(error)
         else:
             self._recorder.record(NodeLife(self.identity.id, "finished", ""))
-        self._cancel_tasks()
-        self._on_end(self)
+        self._conclude()
 
     def _guarded_beside(self, op: Op[T]) -> Op[T]:
         """Run a spawned operation; what it raises ends the whole algorithm on this node."""
@@ -168,16 +171,22 @@ class Node:
             raise
 
     def _end(self, _: object) -> None:
-        main = self._main
+        if self._main is not None:
+            self._main.cancel()
+        self._conclude()
+
+    def _conclude(self) -> None:
+        """The algorithm is over, for the first time that somebody says so."""
         self._cancel_tasks()
-        if main is not None and not main.finished:
-            main.cancel()
+        if not self._is_over:
+            self._is_over = True
             self._on_end(self)
 
     def _fail(self, cause: Exception) -> None:
-        error = cause if isinstance(cause, NetsimError) else self._wrapped(cause)
-        self.failure = error
-        self._recorder.record(NodeLife(self.identity.id, "failed", str(error)))
+        """Keep and record the first failure; what goes wrong after it is its consequence."""
+        if self.failure is None:
+            self.failure = cause if isinstance(cause, NetsimError) else self._wrapped(cause)
+            self._recorder.record(NodeLife(self.identity.id, "failed", str(self.failure)))
 
     def _wrapped(self, cause: Exception) -> AlgorithmError:
         error = AlgorithmError(f"the algorithm of node {self.identity.id} raised {cause!r}")
@@ -187,4 +196,7 @@ class Node:
     def _cancel_tasks(self) -> None:
         tasks, self._tasks = self._tasks, []
         for task in tasks:
-            task.cancel()
+            try:
+                task.cancel()
+            except Exception as error:  # raised by the user's code while it is ended
+                self._fail(error)
