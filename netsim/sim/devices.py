@@ -8,32 +8,38 @@ from netsim.units import NS_PER_S
 
 
 class Cpu:
-    """A processor that sleeps unless it computes. Jobs of one node wait for each other."""
+    """A processor that sleeps unless it computes. Jobs of one node wait for each other.
+
+    A job that was given to it is finished, whether or not somebody still waits for the result.
+    """
 
     def __init__(self, clock: Clock, device: CpuDevice, meter: Meter) -> None:
         self._clock = clock
         self._device = device
         self._meter = meter
         self._free_ns = 0
+        self._dead = False
         meter.draw(device.sleep_mw, "sleep")
 
     def compute(self, operations: int) -> Op[None]:
         """Wait for the CPU, then occupy it for this many operations."""
         now_ns = self._clock.now_ns
         start_ns = max(now_ns, self._free_ns)
-        duration_ns = -(-operations * NS_PER_S // int(self._device.operations_per_s))
-        self._free_ns = start_ns + duration_ns
-        if start_ns > now_ns:
-            yield self._clock.timeout(start_ns - now_ns)
-        self._meter.draw(self._device.active_mw, "active")
-        if duration_ns > 0:
-            yield self._clock.timeout(duration_ns)
-        if self._clock.now_ns >= self._free_ns:  # else the next job begins at once
-            self._meter.draw(self._device.sleep_mw, "sleep")
+        self._free_ns = start_ns + -(-operations * NS_PER_S // int(self._device.operations_per_s))
+        if self._free_ns > start_ns == now_ns:
+            self._meter.draw(self._device.active_mw, "active")
+        if self._free_ns > now_ns:
+            self._clock.call_after(self._free_ns - now_ns, self._job_done)
+            yield self._clock.timeout(self._free_ns - now_ns)
 
     def stop(self) -> None:
         """The node died."""
+        self._dead = True
         self._meter.draw(0.0, "dead")
+
+    def _job_done(self, _: object) -> None:
+        if self._clock.now_ns >= self._free_ns and not self._dead:  # else the next job begins at once
+            self._meter.draw(self._device.sleep_mw, "sleep")
 
 
 class SensorPort:
@@ -45,18 +51,22 @@ class SensorPort:
         self._sample_ns = sample_ns
         self._meter = meter
         self._users = 0
+        self._dead = False
         meter.draw(0.0, "off")
 
     def sample(self) -> Op[None]:
         """Take the time and energy of one sample."""
         self._users += 1
         self._meter.draw(self._power_mw, "sample")
-        if self._sample_ns > 0:
-            yield self._clock.timeout(self._sample_ns)
-        self._users -= 1
-        if self._users == 0:
-            self._meter.draw(0.0, "off")
+        try:
+            if self._sample_ns > 0:
+                yield self._clock.timeout(self._sample_ns)
+        finally:  # also when the reading is cancelled half-way
+            self._users -= 1
+            if self._users == 0 and not self._dead:
+                self._meter.draw(0.0, "off")
 
     def stop(self) -> None:
         """The node died."""
+        self._dead = True
         self._meter.draw(0.0, "dead")

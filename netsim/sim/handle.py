@@ -1,7 +1,8 @@
 """What an algorithm holds of its node: `netsim.api.NodeHandle` and not a name more."""
 
+import operator
 from collections.abc import Callable, Collection, Sequence
-from typing import Any, TypeVar
+from typing import Any, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -97,16 +98,18 @@ class Handle:
         if isinstance(kinds, str):
             message = f"receive(kinds={kinds!r}): kinds is a collection of names, such as {{{kinds!r}}}"
             raise AlgorithmError(message)
-        return self._node.parts.inbox.receive(kinds, match, timeout_ns)
+        whole_ns = None if timeout_ns is None else self._whole("receive(timeout_ns=...)", timeout_ns)
+        return self._received(self._node.parts.inbox.receive(kinds, match, whole_ns))
 
     def pause(self, duration_ns: int) -> Op[None]:
         """See `NodeHandle.pause`."""
-        yield self._clock.timeout(duration_ns)
+        yield self._clock.timeout(self._not_negative("pause", duration_ns))
 
     def pause_until(self, time_ns: int) -> Op[None]:
         """See `NodeHandle.pause_until`."""
-        if time_ns > self.now_ns:
-            yield self._clock.timeout(time_ns - self.now_ns)
+        delay_ns = self._whole("pause_until", time_ns) - self.now_ns
+        if delay_ns > 0:
+            yield self._clock.timeout(delay_ns)
 
     def radio_sleep(self) -> None:
         """See `NodeHandle.radio_sleep`."""
@@ -126,7 +129,7 @@ class Handle:
 
     def compute(self, operations: int) -> Op[None]:
         """See `NodeHandle.compute`."""
-        return self._node.parts.cpu.compute(operations)
+        return self._node.parts.cpu.compute(self._not_negative("compute", operations))
 
     def spawn(self, op: Op[T]) -> RunningTask[T]:
         """See `NodeHandle.spawn`."""
@@ -146,6 +149,29 @@ class Handle:
         """See `NodeHandle.log`."""
         seconds, nanoseconds = divmod(self._clock.now_ns, NS_PER_S)
         self._recorder.record(Log(seconds, nanoseconds, INFO, text, f"node {self.id}", "", 0))
+
+    def _received(self, op: Op[Message | None]) -> Op[Message | None]:
+        message = yield from op
+        if message is not None:
+            self._node.fresh.append(message.id)
+        return message
+
+    def _whole(self, what: str, number: SupportsIndex) -> int:
+        """Time is whole nanoseconds: a float among them would spread through the run's clock."""
+        try:
+            return operator.index(number)
+        except TypeError as error:
+            message = (
+                f"node {self.id}: {what} takes a whole number, got {number!r}; round it, or use netsim.units.s_to_ns"
+            )
+            raise AlgorithmError(message) from error
+
+    def _not_negative(self, what: str, number: SupportsIndex) -> int:
+        whole = self._whole(what, number)
+        if whole < 0:
+            message = f"node {self.id}: {what} takes a number from 0, got {whole}"
+            raise AlgorithmError(message)
+        return whole
 
     def _send(self, destination: int, kind: str, payload: bytes, causes: Sequence[Message] | None) -> SentMessage:
         if not isinstance(payload, bytes):

@@ -1,7 +1,7 @@
 """The mailbox of a node: messages wait for whoever asks for them, askers wait for messages that fit.
 
 All receive time-outs live here. An asker whose time-out has passed is forgotten before the next message comes, so that
-no message is lost to somebody who no longer listens.
+no message is lost to somebody who no longer listens. A message that comes at the very instant of a time-out is received.
 """
 
 from collections.abc import Callable, Collection
@@ -36,12 +36,24 @@ class Inbox:
 
     def deliver(self, message: Message) -> None:
         """A message has arrived: give it to the asker who has waited longest and whom it fits, or keep it."""
-        for index, asker in enumerate(self._askers):
-            if asker.fits(message):
-                del self._askers[index]
-                asker.event.succeed(message)
-                return
-        self._messages.append(message)
+        if not self._serve(message):
+            self._messages.append(message)
+
+    def _serve(self, message: Message) -> bool:
+        for asker in list(self._askers):
+            try:
+                fits = asker.fits(message)
+            except Exception as error:  # the asker's own `match` raised: that is for the asker to hear, not for the air
+                self._settle(asker, error)
+                continue
+            if fits:
+                self._settle(asker, message)
+                return True
+        return False
+
+    def _settle(self, asker: Asker, outcome: Message | Exception | None) -> None:
+        self._askers.remove(asker)
+        asker.event.succeed(outcome)
 
     def receive(
         self,
@@ -58,15 +70,23 @@ class Inbox:
             return None
         self._askers.append(asker)
         if timeout_ns is not None:
-            self._clock.call_after(timeout_ns, lambda _: self._give_up(asker))
+            self._clock.call_last(timeout_ns, lambda _: self._give_up(asker))
         try:
-            received: Message | None = yield asker.event
-        finally:
-            if asker in self._askers:
-                self._askers.remove(asker)
-        return received
+            outcome: Message | Exception | None = yield asker.event
+        except GeneratorExit:
+            self._cancelled(asker)
+            raise
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
 
     def _give_up(self, asker: Asker) -> None:
         if asker in self._askers:
+            self._settle(asker, None)
+
+    def _cancelled(self, asker: Asker) -> None:
+        """An asker is gone: forget it, and give to others what it was given at this very instant."""
+        if asker in self._askers:
             self._askers.remove(asker)
-            asker.event.succeed(None)
+        elif isinstance(asker.event.value, Message) and not self._serve(asker.event.value):
+            self._messages.insert(0, asker.event.value)

@@ -141,7 +141,6 @@ class Node:
 
     def deliver(self, message: Message) -> None:
         """The network layer hands up a message."""
-        self.fresh.append(message.id)
         self.parts.inbox.deliver(message)
 
     def _guarded(self, algorithm: Algorithm, handle: NodeHandle) -> Op[None]:

@@ -65,7 +65,7 @@ def test_the_small_scenario_is_busy_enough_to_tell_anything(reference):
             starts[event.t_start_ns] += 1
             outcomes.update(OUTCOMES[code] for code in event.rx_outcome)
     assert min(outcomes[name] for name in ("received", "overheard", "collided", "half_duplex", "busy", "asleep")) > 4
-    assert sum(count > 1 for count in starts.values()) > 9
+    assert sum(count > 1 for count in starts.values()) > 4
     assert sum(isinstance(event, NodeLife) and event.event == "died" for _, event in reference) == 9
 
 
