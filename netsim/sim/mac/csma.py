@@ -215,9 +215,9 @@ class CsmaMac:
                 self._space_after(self._sent_byte)
                 self._finish("")
         elif frame.is_for(self._radio.node):
-            if frame.wants_ack:
+            if frame.wants_ack and self._radio.can_transmit:  # only over the ideal medium it may be sending itself
                 self._acknowledge(frame)
-            if frame.destination == BROADCAST or self._duplicates.is_new(frame, self._clock.now_ns):
+            if frame.destination == BROADCAST or self._duplicates.is_new(frame):
                 self._deliver(frame.packet, frame.source)
 
     def _acknowledge(self, frame: LinkFrame) -> None:

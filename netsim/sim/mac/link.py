@@ -59,16 +59,15 @@ class Mac(Protocol):
 class Duplicates:
     """Link-layer duplicate suppression: a retry that repeats a frame whose acknowledgement was lost is not new.
 
-    A neighbour sends one frame at a time, so remembering its last sequence number is enough; it is forgotten after
-    `lifetime_ns`, long after any retry, so that a number that has come round again is not mistaken for one.
+    A neighbour sends one frame at a time, so remembering its last one is enough. The packet is compared besides the
+    sequence number: a number that has come round again after 256 frames to others does not make a repeat.
     """
 
-    def __init__(self, lifetime_ns: int = 1_000_000_000) -> None:
-        self._lifetime_ns = lifetime_ns
-        self._last: dict[int, tuple[int, int]] = {}
+    def __init__(self) -> None:
+        self._last: dict[int, tuple[int, bytes]] = {}
 
-    def is_new(self, frame: LinkFrame, now_ns: int) -> bool:
+    def is_new(self, frame: LinkFrame) -> bool:
         """Whether this frame was not received before; remembers it."""
-        sequence, seen_ns = self._last.get(frame.source, (-1, 0))
-        self._last[frame.source] = (frame.sequence, now_ns)
-        return sequence != frame.sequence or now_ns - seen_ns > self._lifetime_ns
+        seen, now = self._last.get(frame.source), (frame.sequence, frame.packet)
+        self._last[frame.source] = now
+        return seen != now
