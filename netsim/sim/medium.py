@@ -184,7 +184,9 @@ class SinrMedium:
         self._retire(now_ns)
         end_ns = now_ns + radio.device.airtime_ns(frame.psdu_byte)
         reach = self._reach[radio.node]
-        heard = Receptions(reach.near_ids, np.empty(len(reach.near), np.int64), reach.near_dbm, np.empty(len(reach.near)))
+        heard = Receptions(
+            reach.near_ids, np.empty(len(reach.near), np.int64), reach.near_dbm, np.empty(len(reach.near))
+        )
         transmission = Transmission(self._log.next_id(), frame, now_ns, end_ns, radio.tx_power_dbm, heard)
         self._on_air[transmission.id] = transmission
         heapq.heappush(self._ends, (end_ns, transmission.id))
@@ -206,10 +208,14 @@ class SinrMedium:
         self._listens_since_ns[self._index[node]] = since_ns
 
     def stopped_listening(self, node: int, outcome: str) -> None:
-        """See `Medium.stopped_listening`."""
+        """See `Medium.stopped_listening`. What begins at this very instant meets a deaf receiver, whatever it met first."""
         index = self._index[node]
         self._listens_since_ns[index] = NEVER
         self._deaf_outcome[index] = OUTCOME_CODE[outcome]
+        if self._began.at(self._clock.now_ns)[index]:
+            for other in self._on_air.values():
+                if other.start_ns == self._clock.now_ns:
+                    self._set_outcome(other, index, OUTCOME_CODE[outcome])
         transmission = self._on_air.get(int(self._locks.transmission[index]))
         if transmission is None:
             return
@@ -277,15 +283,14 @@ class SinrMedium:
         earlier_zw = self._air_zw[near] - self._began.at(now_ns)[near]
         heard.sinr[:] = reach.near_zw / (self._noise_zw + earlier_zw)
         locked = locks.end_ns[near] > now_ns
-        rival = locked & self._beats(transmission, reach)
-        if rival.any():
-            self._displace(near[rival])
-        hears = self._listens_since_ns[near] <= now_ns
-        strong = heard.sinr >= self._lock_ratio[near]
-        outcome = np.where(strong, RECEIVED, self._causes_of_loss(transmission, reach, heard.sinr))
-        outcome = np.where(hears, outcome, self._deaf_outcome[near])
-        heard.outcome[:] = np.where(locked & ~rival, BUSY, outcome)
-        self._lock(transmission, reach, heard.outcome == RECEIVED)
+        outcome = np.where(locked & ~self._beats(transmission, reach), BUSY, RECEIVED)
+        weak = heard.sinr < self._lock_ratio[near]
+        outcome = np.where(weak, self._causes_of_loss(transmission, reach, heard.sinr), outcome)
+        outcome = np.where(self._listens_since_ns[near] <= now_ns, outcome, self._deaf_outcome[near])
+        heard.outcome[:] = np.where(locked & (locks.start_ns[near] < now_ns), BUSY, outcome)
+        caught = heard.outcome == RECEIVED
+        self._displace(near[caught & locked])
+        self._lock(transmission, reach, caught)
 
     def _beats(self, transmission: Transmission, reach: Reach) -> Mask:
         """Where a preamble that began at the same instant is caught, but this one is stronger: it wins, in any order."""
@@ -293,7 +298,8 @@ class SinrMedium:
         source = self._index[transmission.frame.source]
         stronger = reach.near_zw > locks.power_zw[near]
         first = (reach.near_zw == locks.power_zw[near]) & (source < locks.source[near])
-        return (locks.start_ns[near] == transmission.start_ns) & (stronger | first)
+        beats: Mask = (locks.start_ns[near] == transmission.start_ns) & (stronger | first)
+        return beats
 
     def _displace(self, listeners: NDArray[np.intp]) -> None:
         for index in listeners.tolist():
@@ -301,7 +307,7 @@ class SinrMedium:
 
     def _set_outcome(self, transmission: Transmission, index: int, outcome: int) -> None:
         near = self._reach[transmission.frame.source].near
-        transmission.receptions.outcome[np.searchsorted(near, index)] = outcome
+        transmission.receptions.outcome[near == index] = outcome
 
     def _lock(self, transmission: Transmission, reach: Reach, locks_on: Mask) -> None:
         listeners, locks = reach.near[locks_on], self._locks
