@@ -312,6 +312,9 @@ class _Station:
     def die(self) -> None:
         self._turn("dead")
 
+    def settle(self) -> None:
+        """It draws nothing."""
+
     def stop(self) -> None:
         """What is on its way already arrives."""
 

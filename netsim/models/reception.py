@@ -56,7 +56,8 @@ LOG_BIT_SUCCESS_RELATIVE_ERROR = 1.5e-5
 """Largest relative error of `log_bit_success` against the exact formula (below its saturation)."""
 
 _LAST = int(_SATURATED * _STEPS_PER_UNIT)
-_TABLE: list[float] = np.log1p(-oqpsk_bit_error_rate(np.arange(_LAST + 1) / _STEPS_PER_UNIT)).tolist()
+_ARRAY: NDArray[np.float64] = np.log1p(-oqpsk_bit_error_rate(np.arange(_LAST + 1) / _STEPS_PER_UNIT))
+_TABLE: list[float] = _ARRAY.tolist()
 
 
 def log_bit_success(sinr_linear: float) -> float:
@@ -74,3 +75,12 @@ def log_bit_success(sinr_linear: float) -> float:
     index = int(place)
     low = _TABLE[index]
     return low + (place - index) * (_TABLE[index + 1] - low)
+
+
+def log_bit_success_of(sinr: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`log_bit_success` of every entry of an array, from the same table."""
+    place = np.minimum(sinr * _STEPS_PER_UNIT, _LAST - 1e-9)
+    index = place.astype(np.intp)
+    low = _ARRAY[index]
+    found: NDArray[np.float64] = low + (place - index) * (_ARRAY[index + 1] - low)
+    return np.where(sinr * _STEPS_PER_UNIT >= _LAST, 0.0, found)

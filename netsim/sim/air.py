@@ -1,15 +1,14 @@
-"""What every medium is made of: listeners, paths between nodes, and the log of finished transmissions."""
+"""What every medium is made of: outcomes, paths between nodes, uniform numbers, the log of finished transmissions."""
 
-from dataclasses import dataclass, field
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from netsim.sim.frames import Transmission
-from netsim.sim.radio import Radio
 from netsim.trace.events import OUTCOME_CODE, Frame
 from netsim.trace.recorder import Recorder
-from netsim.units import NS_PER_S, mw_to_dbm
 
 RECEIVED: Final = OUTCOME_CODE["received"]
 OVERHEARD: Final = OUTCOME_CODE["overheard"]
@@ -22,10 +21,18 @@ DEAD: Final = OUTCOME_CODE["dead"]
 LOST: Final = OUTCOME_CODE["lost"]
 
 
+class UniformSource(Protocol):
+    """What uniform numbers are drawn from, such as a numpy generator."""
+
+    def random(self, size: int, /) -> NDArray[np.float64]:
+        """That many numbers in [0, 1)."""
+        ...
+
+
 class Uniforms:
     """Uniform numbers of one random stream, drawn in blocks because single draws are slow."""
 
-    def __init__(self, generator: np.random.Generator, block: int = 256) -> None:
+    def __init__(self, generator: UniformSource, block: int = 256) -> None:
         self._generator = generator
         self._block = block
         self._numbers: list[float] = []
@@ -37,20 +44,6 @@ class Uniforms:
         return self._numbers.pop()
 
 
-@dataclass(slots=True, eq=False)
-class Listener:
-    """A radio and what is on the air around it."""
-
-    radio: Radio
-    uniforms: Uniforms
-    preamble_ns: int
-    air: dict[int, tuple[Transmission, float]] = field(default_factory=dict)
-    lock: Transmission | None = None
-    last_end_ns: int = -1
-    last_end_mw: float = 0.0
-    last_lock_end_ns: int = -1
-
-
 @dataclass(frozen=True, slots=True)
 class Path:
     """The way from one node to another: received power, and whether it is strong enough to be decoded at all."""
@@ -60,10 +53,12 @@ class Path:
     decodable: bool
 
 
-def preamble_ns(radio: Radio) -> int:
-    """Airtime of preamble and start-of-frame delimiter: all of the physical header but its length octet."""
-    device = radio.device
-    return (device.phy_header_byte - 1) * 8 * NS_PER_S // device.bitrate_bps
+def label_of(transmission: Transmission, listener: int) -> str:
+    """What the ledger books a reception under."""
+    frame = transmission.frame
+    if not frame.is_for(listener):
+        return "overhear"
+    return "ack_receive" if frame.is_ack else "receive"
 
 
 class FrameLog:
@@ -83,12 +78,10 @@ class FrameLog:
         """Record a finished transmission, with a row for each listener that detail asks for."""
         if not self._recorder.wants(Frame):
             return
-        frame = transmission.frame
-        rows = [
-            reception
-            for reception in transmission.receptions.values()
-            if self._with_receptions or reception.node == frame.destination
-        ]
+        frame, heard = transmission.frame, transmission.receptions
+        shown = slice(None) if self._with_receptions else heard.node == frame.destination
+        with np.errstate(divide="ignore"):
+            sinr_db = 10.0 * np.log10(heard.sinr[shown])
         self._recorder.record(
             Frame(
                 frame_id=transmission.id,
@@ -102,9 +95,9 @@ class FrameLog:
                 attempt=frame.attempt,
                 message_id=frame.message_id,
                 tx_power_dbm=transmission.tx_power_dbm,
-                rx_node=[row.node for row in rows],
-                rx_outcome=[row.outcome for row in rows],
-                rx_rssi_dbm=[mw_to_dbm(row.power_mw) for row in rows],
-                rx_sinr_db=[mw_to_dbm(row.sinr) for row in rows],
+                rx_node=heard.node[shown].tolist(),
+                rx_outcome=heard.outcome[shown].tolist(),
+                rx_rssi_dbm=heard.power_dbm[shown].tolist(),
+                rx_sinr_db=sinr_db.tolist(),
             )
         )

@@ -176,6 +176,13 @@ class Meter:
         """Book what was drawn since the present state began under another heading: it became known only now."""
         self._key = (self._device, state, kind)
 
+    def move(self, state: str, kind: str, to_state: str, to_kind: str, time_ns: int) -> None:
+        """Book time that was booked under one heading, at the present power of that state, under another."""
+        entry = self._account.entries[self._device, state, kind]
+        amount_yj = entry.energy_yj // entry.time_ns * time_ns
+        self._account.book((self._device, state, kind), -amount_yj, -time_ns)
+        self._account.book((self._device, to_state, to_kind), amount_yj, time_ns)
+
     def settle(self) -> None:
         """Book everything drawn until now."""
         now_ns = self._clock.now_ns

@@ -1,6 +1,9 @@
 """What travels on the air: link-layer frames, their transmissions, and what became of them at each listener."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from netsim.trace.events import BROADCAST
 
@@ -49,26 +52,20 @@ class LinkFrame:
 
 
 @dataclass(slots=True, eq=False)
-class Reception:
-    """One transmission at one listener.
+class Receptions:
+    """One transmission at each audible listener; the arrays have one entry a listener, ascending by node.
 
     Attributes:
-        node: The listener.
-        power_mw: Received power.
-        outcome: Code in `netsim.trace.events.OUTCOMES`, final at the end of the transmission.
+        node: Node ids.
+        outcome: Codes in `netsim.trace.events.OUTCOMES`, final at the end of the transmission.
+        power_dbm: Received power.
         sinr: Lowest signal to interference and noise ratio so far (linear).
-        log_success: Logarithm of the probability that every bit so far is right.
-        interference_mw: Interference power of the present segment.
-        segment_ns: When the present segment began.
     """
 
-    node: int
-    power_mw: float
-    outcome: int
-    sinr: float
-    log_success: float = 0.0
-    interference_mw: float = 0.0
-    segment_ns: int = 0
+    node: NDArray[np.int64]
+    outcome: NDArray[np.int64]
+    power_dbm: NDArray[np.float64]
+    sinr: NDArray[np.float64]
 
 
 @dataclass(slots=True, eq=False)
@@ -80,5 +77,6 @@ class Transmission:
     start_ns: int
     end_ns: int
     tx_power_dbm: float
-    receptions: dict[int, Reception] = field(default_factory=dict)
+    receptions: Receptions
     truncated: bool = False
+    is_over: bool = False

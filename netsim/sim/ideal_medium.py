@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,14 +13,24 @@ from netsim.sim.air import (
     OVERHEARD,
     RECEIVED,
     FrameLog,
-    Listener,
     Path,
     Uniforms,
-    preamble_ns,
+    UniformSource,
+    label_of,
 )
 from netsim.sim.clock import Clock
-from netsim.sim.frames import LinkFrame, Reception, Transmission
+from netsim.sim.frames import LinkFrame, Receptions, Transmission
 from netsim.sim.radio import Radio
+from netsim.units import mw_to_dbm
+
+
+@dataclass(slots=True, eq=False)
+class Listener:
+    """A radio, its luck, and the transmission its receive time is booked for."""
+
+    radio: Radio
+    uniforms: Uniforms
+    lock: Transmission | None = None
 
 
 class IdealMedium:
@@ -50,10 +61,16 @@ class IdealMedium:
         self._loss_probability = loss_probability
         self._log = log
         self._listeners: dict[int, Listener] = {}
+        self._nodes = {
+            source: np.array([path.destination for path in links], np.int64) for source, links in paths.items()
+        }
+        self._power_dbm = {
+            source: np.array([mw_to_dbm(path.power_mw) for path in links]) for source, links in paths.items()
+        }
 
-    def join(self, radio: Radio, generator: np.random.Generator) -> None:
+    def join(self, radio: Radio, generator: UniformSource) -> None:
         """Let a radio take part; `generator` decides its losses."""
-        self._listeners[radio.node] = Listener(radio, Uniforms(generator), preamble_ns(radio))
+        self._listeners[radio.node] = Listener(radio, Uniforms(generator))
 
     def is_busy(self, node: int) -> bool:
         """Clear channel assessment: the ideal channel is never busy."""
@@ -63,7 +80,10 @@ class IdealMedium:
         """See `Medium.begin`."""
         now_ns = self._clock.now_ns
         airtime_ns = radio.device.airtime_ns(frame.psdu_byte)
-        transmission = Transmission(self._log.next_id(), frame, now_ns, now_ns + airtime_ns, radio.tx_power_dbm)
+        nodes = self._nodes[radio.node]
+        undecided, clean = np.full(len(nodes), LOST, np.int64), np.full(len(nodes), math.inf)
+        heard = Receptions(nodes, undecided, self._power_dbm[radio.node], clean)
+        transmission = Transmission(self._log.next_id(), frame, now_ns, now_ns + airtime_ns, radio.tx_power_dbm, heard)
         for path in self._paths[radio.node]:
             listener = self._listeners[path.destination]
             if listener.lock is None and listener.radio.is_listening:
@@ -80,6 +100,12 @@ class IdealMedium:
         transmission.end_ns = self._clock.now_ns
         self._release(transmission)
         self._decide(transmission)
+
+    def listening(self, node: int, since_ns: int) -> None:
+        """See `Medium.listening`; the ideal medium asks the radio."""
+
+    def settle(self, node: int) -> None:
+        """See `Medium.settle`; receptions are booked as they end."""
 
     def stopped_listening(self, node: int, outcome: str) -> None:
         """See `Medium.stopped_listening`; costs no reception here."""
@@ -98,21 +124,15 @@ class IdealMedium:
             listener = self._listeners[path.destination]
             if listener.lock is transmission:
                 listener.lock = None
-                mine = frame.is_for(path.destination)
-                label = ("ack_receive" if frame.is_ack else "receive") if mine else "overhear"
-                listener.radio.reception_ended(label, frame.kind)
+                listener.radio.reception_ended(label_of(transmission, path.destination), frame.kind)
 
     def _decide(self, transmission: Transmission) -> None:
         """Settle every listener's outcome, record, then hand up what was decoded."""
-        frame = transmission.frame
-        for path in self._paths[frame.source]:
-            outcome = self._outcome(self._listeners[path.destination], transmission)
-            reception = Reception(path.destination, path.power_mw, outcome, math.inf)
-            transmission.receptions[path.destination] = reception
+        frame, heard = transmission.frame, transmission.receptions
+        heard.outcome[:] = [self._outcome(self._listeners[node], transmission) for node in heard.node.tolist()]
         self._log.record(transmission)
-        for reception in transmission.receptions.values():
-            if reception.outcome in (RECEIVED, OVERHEARD):
-                self._listeners[reception.node].radio.on_receive(frame)
+        for node in heard.node[heard.outcome == RECEIVED].tolist():
+            self._listeners[node].radio.on_receive(frame)
 
     def _outcome(self, listener: Listener, transmission: Transmission) -> int:
         radio = listener.radio

@@ -18,6 +18,10 @@ class Transceiver(Protocol):
         """Power up, at the start of the run."""
         ...
 
+    def settle(self) -> None:
+        """Book what was drawn until now."""
+        ...
+
     def die(self) -> None:
         """The battery is empty."""
         ...

@@ -1,36 +1,120 @@
 """The shared air with interference: who hears what, and with which outcome.
 
-Each frame's outcome at each audible listener is decided at the frame's end, from every transmission that overlapped
-it. Transmissions are half-open intervals, so that one that ends and one that begins at the same nanosecond do not
-interfere, whichever event is handled first.
+Transmissions are half-open intervals, so that one that ends and one that begins at the same nanosecond do not interfere,
+whichever event is handled first. What happens to a signal at all its listeners is computed at once, in arrays over the
+nodes. Received powers are whole zeptowatts (1e-18 mW): their sums are exact, in whatever order signals come and go.
 """
 
+import heapq
 import math
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from netsim.models.reception import log_bit_success
+from netsim.models.reception import log_bit_success_of
 from netsim.sim.air import (
     ASLEEP,
     BUSY,
     COLLIDED,
     DEAD,
-    HALF_DUPLEX,
     OVERHEARD,
     RECEIVED,
     WEAK,
     FrameLog,
-    Listener,
     Path,
     Uniforms,
-    preamble_ns,
+    UniformSource,
+    label_of,
 )
 from netsim.sim.clock import Clock
-from netsim.sim.frames import LinkFrame, Reception, Transmission
+from netsim.sim.frames import LinkFrame, Receptions, Transmission
 from netsim.sim.radio import Radio
-from netsim.trace.events import OUTCOME_CODE
-from netsim.units import mw_to_dbm
+from netsim.trace.events import BROADCAST, OUTCOME_CODE
+from netsim.units import NS_PER_S, mw_to_dbm
+
+ZW_PER_MW: Final = 1e18
+NEVER: Final = 1 << 62
+INTERFERED: Final = 1.0 - 1e-9
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Where one node's signal arrives; `near` are the positions of the listeners that can decode it at all.
+
+    Attributes:
+        index: Array index of every node it reaches, ascending.
+        power_zw: Received power there.
+        near: Array index of the listeners at which it can be decoded.
+        near_zw: Received power there.
+        near_ids: Their node ids.
+        near_dbm: Received power in dBm.
+        alone: ln of the chance of a bit there without interference.
+    """
+
+    index: NDArray[np.intp]
+    power_zw: Ints
+    near: NDArray[np.intp]
+    near_zw: Ints
+    near_ids: Ints
+    near_dbm: Floats
+    alone: Floats
+
+
+class Instant:
+    """Power of the signals that began, or ended, at the present instant."""
+
+    def __init__(self, size: int) -> None:
+        self._power_zw = np.zeros(size, np.int64)
+        self._at_ns = -1
+        self._touched: list[NDArray[np.intp]] = []
+
+    def add(self, now_ns: int, index: NDArray[np.intp], power_zw: Ints) -> None:
+        """One more signal."""
+        self.at(now_ns)
+        self._power_zw[index] += power_zw
+        self._touched.append(index)
+
+    def at(self, now_ns: int) -> Ints:
+        """The power at every node; what belongs to an earlier instant is forgotten."""
+        if self._at_ns != now_ns:
+            for index in self._touched:
+                self._power_zw[index] = 0
+            self._touched.clear()
+            self._at_ns = now_ns
+        return self._power_zw
+
+
+class Locks:
+    """What each receiver is locked on; arrays over the nodes.
+
+    Attributes:
+        transmission: Number of the transmission; 0 for none.
+        start_ns: Its start.
+        end_ns: Its end; kept after the reception is over, for channel assessment.
+        power_zw: Its received power.
+        source: Array index of its sender.
+        segment_ns: Start of the segment of constant interference not yet accounted for.
+        log_success: ln of the chance that every bit so far is right.
+        sinr: Lowest ratio so far.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.transmission = np.zeros(size, np.int64)
+        self.start_ns = np.full(size, -1, np.int64)
+        self.end_ns = np.full(size, -1, np.int64)
+        self.power_zw = np.zeros(size, np.int64)
+        self.source = np.zeros(size, np.int64)
+        self.segment_ns = np.zeros(size, np.int64)
+        self.log_success = np.zeros(size)
+        self.sinr = np.zeros(size)
 
 
 class SinrMedium:
@@ -38,8 +122,8 @@ class SinrMedium:
 
     Model: IEEE 802.15.4-2006 E.4.1.8 bit errors, independent given the SINR of each segment between changes of the
     interference; a receiver locks on a preamble it hears from its start with at least the device's lock SINR and, once
-    locked, stays locked to the frame's end. Not modelled: propagation delay (under 1 us at 300 m), capture of a later
-    stronger frame, adjacent channels.
+    locked, stays locked to the frame's end. Of preambles that begin at the same instant the strongest is caught. Not
+    modelled: propagation delay (under 1 us at 300 m), capture of a later stronger frame, adjacent channels.
 
     Args:
         clock: Simulated time.
@@ -49,37 +133,64 @@ class SinrMedium:
     """
 
     def __init__(self, clock: Clock, paths: Mapping[int, Sequence[Path]], noise_mw: float, log: FrameLog) -> None:
+        size = len(paths)
         self._clock = clock
-        self._paths = paths
-        self._noise_mw = noise_mw
         self._log = log
-        self._listeners: dict[int, Listener] = {}
+        self._noise_zw = noise_mw * ZW_PER_MW
+        self._index = {node: index for index, node in enumerate(sorted(paths))}
+        self._reach = {node: self._reach_of(links) for node, links in paths.items()}
+        self._radios: list[Radio | None] = [None] * size
+        self._uniforms: list[Uniforms | None] = [None] * size
+        self._follows = np.zeros(size, bool)
+        self._lock_ratio = np.zeros(size)
+        self._bits_per_ns = np.zeros(size)
+        self._preamble_ns = np.zeros(size, np.int64)
+        self._listens_since_ns = np.full(size, NEVER, np.int64)
+        self._deaf_outcome = np.full(size, ASLEEP, np.int64)
+        self._air_zw = np.zeros(size, np.int64)
+        self._began = Instant(size)
+        self._ended = Instant(size)
+        self._locks = Locks(size)
+        self._heard_ns: defaultdict[tuple[str, str], Ints] = defaultdict(lambda: np.zeros(size, np.int64))
+        self._on_air: dict[int, Transmission] = {}
+        self._ends: list[tuple[int, int]] = []
 
-    def join(self, radio: Radio, generator: np.random.Generator) -> None:
+    def join(self, radio: Radio, generator: UniformSource) -> None:
         """Let a radio take part; `generator` decides its receptions."""
-        self._listeners[radio.node] = Listener(radio, Uniforms(generator), preamble_ns(radio))
+        index, device = self._index[radio.node], radio.device
+        self._radios[index] = radio
+        self._uniforms[index] = Uniforms(generator)
+        self._follows[index] = radio.follows_receptions
+        self._lock_ratio[index] = 10.0 ** (device.preamble_lock_sinr_db / 10.0)
+        self._bits_per_ns[index] = device.bitrate_bps / NS_PER_S
+        self._preamble_ns[index] = (device.phy_header_byte - 1) * 8 * NS_PER_S // device.bitrate_bps
 
     def is_busy(self, node: int) -> bool:
         """Clear channel assessment, mode 3 of IEEE 802.15.4-2006 6.9.9: energy above threshold or a carrier.
 
         What began at this very instant is not seen yet; what ended at this instant still is.
         """
-        listener = self._listeners[node]
-        now_ns = self._clock.now_ns
-        if (listener.lock is not None and listener.lock.start_ns < now_ns) or listener.last_lock_end_ns == now_ns:
+        now_ns, index = self._clock.now_ns, self._index[node]
+        self._retire(now_ns)
+        locks = self._locks
+        if locks.start_ns[index] < now_ns <= locks.end_ns[index]:
             return True
-        energy_mw = math.fsum(power for other, power in listener.air.values() if other.start_ns < now_ns)
-        if listener.last_end_ns == now_ns:
-            energy_mw += listener.last_end_mw
-        return mw_to_dbm(energy_mw + self._noise_mw) >= listener.radio.device.cca_threshold_dbm
+        energy_zw = self._air_zw[index] - self._began.at(now_ns)[index] + self._ended.at(now_ns)[index]
+        return mw_to_dbm((energy_zw + self._noise_zw) / ZW_PER_MW) >= self._radio(index).device.cca_threshold_dbm
 
     def begin(self, radio: Radio, frame: LinkFrame) -> Transmission:
         """See `Medium.begin`."""
         now_ns = self._clock.now_ns
+        self._retire(now_ns)
         end_ns = now_ns + radio.device.airtime_ns(frame.psdu_byte)
-        transmission = Transmission(self._log.next_id(), frame, now_ns, end_ns, radio.tx_power_dbm)
-        for path in self._paths[radio.node]:
-            self._signal_begins(self._listeners[path.destination], transmission, path)
+        reach = self._reach[radio.node]
+        heard = Receptions(
+            reach.near_ids, np.empty(len(reach.near), np.int64), reach.near_dbm, np.empty(len(reach.near))
+        )
+        transmission = Transmission(self._log.next_id(), frame, now_ns, end_ns, radio.tx_power_dbm, heard)
+        self._on_air[transmission.id] = transmission
+        heapq.heappush(self._ends, (end_ns, transmission.id))
+        self._signal_begins(transmission, reach)
         self._clock.call_after(end_ns - now_ns, lambda _: self._end(transmission))
         return transmission
 
@@ -89,150 +200,188 @@ class SinrMedium:
             return  # it was sent whole, and its end is yet to be handled
         transmission.truncated = True
         transmission.end_ns = self._clock.now_ns
-        self._finish(transmission)
+        self._signal_ends(transmission)
         self._log.record(transmission)
+
+    def listening(self, node: int, since_ns: int) -> None:
+        """See `Medium.listening`."""
+        self._listens_since_ns[self._index[node]] = since_ns
 
     def stopped_listening(self, node: int, outcome: str) -> None:
         """See `Medium.stopped_listening`. What begins at this very instant meets a deaf receiver, whatever it met first."""
-        listener = self._listeners[node]
-        lock, listener.lock = listener.lock, None
-        if lock is not None:
-            lock.receptions[node].outcome = OUTCOME_CODE[outcome]
-        for other, _ in listener.air.values():
-            if other.start_ns == self._clock.now_ns and (reception := other.receptions.get(node)) is not None:
-                reception.outcome = OUTCOME_CODE[outcome]
+        index = self._index[node]
+        self._listens_since_ns[index] = NEVER
+        self._deaf_outcome[index] = OUTCOME_CODE[outcome]
+        if self._began.at(self._clock.now_ns)[index]:
+            for other in self._on_air.values():
+                if other.start_ns == self._clock.now_ns:
+                    self._set_outcome(other, index, OUTCOME_CODE[outcome])
+        transmission = self._on_air.get(int(self._locks.transmission[index]))
+        if transmission is None:
+            return
+        self._set_outcome(transmission, index, OUTCOME_CODE[outcome])
+        self._locks.transmission[index], self._locks.end_ns[index] = 0, -1
+        label, kind = label_of(transmission, node), transmission.frame.kind
+        if self._follows[index]:
+            self._radio(index).reception_broken(label, kind)
+        else:
+            self._heard_ns[label, kind][index] += self._clock.now_ns - transmission.start_ns
+
+    def settle(self, node: int) -> None:
+        """See `Medium.settle`."""
+        index = self._index[node]
+        for (label, kind), times_ns in self._heard_ns.items():
+            if times_ns[index]:
+                self._radio(index).heard(label, kind, int(times_ns[index]))
+                times_ns[index] = 0
+
+    def _reach_of(self, links: Sequence[Path]) -> Reach:
+        near = [link for link in links if link.decodable]
+        near_zw = _zeptowatts(near)
+        return Reach(
+            index=np.array([self._index[link.destination] for link in links], np.intp),
+            power_zw=_zeptowatts(links),
+            near=np.array([self._index[link.destination] for link in near], np.intp),
+            near_zw=near_zw,
+            near_ids=np.array([link.destination for link in near], np.int64),
+            near_dbm=np.array([mw_to_dbm(link.power_mw) for link in near]),
+            alone=log_bit_success_of(near_zw / self._noise_zw),
+        )
+
+    def _radio(self, index: int) -> Radio:
+        radio = self._radios[index]
+        if radio is None:
+            message = f"node at index {index} has not joined the medium"
+            raise LookupError(message)
+        return radio
+
+    def _retire(self, now_ns: int) -> None:
+        """End every signal whose interval is over by now, before anything else happens at this instant."""
+        while self._ends and self._ends[0][0] <= now_ns:
+            _, number = heapq.heappop(self._ends)
+            transmission = self._on_air.get(number)
+            if transmission is not None:
+                self._signal_ends(transmission)
 
     def _end(self, transmission: Transmission) -> None:
         if transmission.truncated:
             return
-        self._finish(transmission)
+        self._retire(self._clock.now_ns)
         self._log.record(transmission)
         frame = transmission.frame
-        self._listeners[frame.source].radio.transmission_ended(transmission)
-        for reception in transmission.receptions.values():
-            if reception.outcome in (RECEIVED, OVERHEARD):
-                self._listeners[reception.node].radio.on_receive(frame)
+        self._radio(self._index[frame.source]).transmission_ended(transmission)
+        heard = transmission.receptions
+        for node in heard.node[heard.outcome == RECEIVED].tolist():
+            self._radio(self._index[node]).on_receive(frame)
 
-    def _finish(self, transmission: Transmission) -> None:
-        for path in self._paths[transmission.frame.source]:
-            self._signal_ends(self._listeners[path.destination], transmission, path)
+    def _signal_begins(self, transmission: Transmission, reach: Reach) -> None:
+        now_ns, locks = transmission.start_ns, self._locks
+        self._close_segments(reach.index[locks.end_ns[reach.index] > now_ns], now_ns)
+        self._air_zw[reach.index] += reach.power_zw
+        self._began.add(now_ns, reach.index, reach.power_zw)
+        near, heard = reach.near, transmission.receptions
+        earlier_zw = self._air_zw[near] - self._began.at(now_ns)[near]
+        heard.sinr[:] = reach.near_zw / (self._noise_zw + earlier_zw)
+        locked = locks.end_ns[near] > now_ns
+        outcome = np.where(locked & ~self._beats(transmission, reach), BUSY, RECEIVED)
+        weak = heard.sinr < self._lock_ratio[near]
+        outcome = np.where(weak, self._causes_of_loss(transmission, reach, heard.sinr), outcome)
+        outcome = np.where(self._listens_since_ns[near] <= now_ns, outcome, self._deaf_outcome[near])
+        heard.outcome[:] = np.where(locked & (locks.start_ns[near] < now_ns), BUSY, outcome)
+        caught = heard.outcome == RECEIVED
+        self._displace(near[caught & locked])
+        self._lock(transmission, reach, caught)
 
-    def _signal_begins(self, listener: Listener, transmission: Transmission, path: Path) -> None:
-        now_ns = transmission.start_ns
-        locked_on = self._lock_at(listener, now_ns)
-        if locked_on is not None:
-            self._close_segment(listener, locked_on, now_ns)
-        listener.air[transmission.id] = (transmission, path.power_mw)
-        if locked_on is not None:
-            self._open_segment(listener, locked_on, now_ns)
-        if path.decodable:
-            self._try_lock(listener, transmission, path.power_mw, locked_on)
+    def _beats(self, transmission: Transmission, reach: Reach) -> Mask:
+        """Where a preamble that began at the same instant is caught, but this one is stronger: it wins, in any order."""
+        locks, near = self._locks, reach.near
+        source = self._index[transmission.frame.source]
+        stronger = reach.near_zw > locks.power_zw[near]
+        first = (reach.near_zw == locks.power_zw[near]) & (source < locks.source[near])
+        beats: Mask = (locks.start_ns[near] == transmission.start_ns) & (stronger | first)
+        return beats
 
-    def _try_lock(
-        self, listener: Listener, transmission: Transmission, power_mw: float, locked_on: Transmission | None
-    ) -> None:
-        node = listener.radio.node
-        sinr = power_mw / (self._noise_mw + self._earlier_mw(listener, transmission.start_ns))
-        reception = transmission.receptions[node] = Reception(node, power_mw, RECEIVED, sinr)
-        outcome = self._deaf_outcome(listener, transmission, locked_on)
-        if outcome is None and mw_to_dbm(sinr) < listener.radio.device.preamble_lock_sinr_db:
-            outcome = self._cause_of_loss(transmission, reception)
-        if outcome is None and locked_on is not None:
-            outcome = self._yield_to(listener, transmission, locked_on)
-        if outcome is None:
-            self._lock(listener, transmission)
+    def _displace(self, listeners: NDArray[np.intp]) -> None:
+        for index in listeners.tolist():
+            self._set_outcome(self._on_air[int(self._locks.transmission[index])], index, BUSY)
+
+    def _set_outcome(self, transmission: Transmission, index: int, outcome: int) -> None:
+        near = self._reach[transmission.frame.source].near
+        transmission.receptions.outcome[near == index] = outcome
+
+    def _lock(self, transmission: Transmission, reach: Reach, locks_on: Mask) -> None:
+        listeners, locks = reach.near[locks_on], self._locks
+        locks.transmission[listeners] = transmission.id
+        locks.start_ns[listeners] = transmission.start_ns
+        locks.end_ns[listeners] = transmission.end_ns
+        locks.power_zw[listeners] = reach.near_zw[locks_on]
+        locks.source[listeners] = self._index[transmission.frame.source]
+        locks.segment_ns[listeners] = transmission.start_ns + self._preamble_ns[listeners]
+        locks.log_success[listeners] = 0.0
+        locks.sinr[listeners] = transmission.receptions.sinr[locks_on]
+        for index in listeners[self._follows[listeners]].tolist():
+            self._radio(index).locked()
+
+    def _close_segments(self, listeners: NDArray[np.intp], now_ns: int) -> None:
+        """Account for the interference that locked receivers met until now; call before it changes."""
+        locks = self._locks
+        listeners = listeners[locks.segment_ns[listeners] < now_ns]
+        if not len(listeners):
+            return
+        power_zw = locks.power_zw[listeners]
+        sinr = power_zw / (self._noise_zw + (self._air_zw[listeners] - power_zw))
+        bits = (now_ns - locks.segment_ns[listeners]) * self._bits_per_ns[listeners]
+        locks.sinr[listeners] = np.minimum(locks.sinr[listeners], sinr)
+        locks.log_success[listeners] += bits * log_bit_success_of(sinr)
+        locks.segment_ns[listeners] = now_ns
+
+    def _signal_ends(self, transmission: Transmission) -> None:
+        now_ns, locks = transmission.end_ns, self._locks
+        del self._on_air[transmission.id]
+        reach = self._reach[transmission.frame.source]
+        self._close_segments(reach.index[locks.transmission[reach.index] != 0], now_ns)
+        self._air_zw[reach.index] -= reach.power_zw
+        self._ended.add(now_ns, reach.index, reach.power_zw)
+        self._conclude(transmission, reach, locks.transmission[reach.near] == transmission.id)
+
+    def _conclude(self, transmission: Transmission, reach: Reach, locked: Mask) -> None:
+        """A signal is over: decide at each receiver that is locked on it whether it was decoded."""
+        listeners, heard, locks = reach.near[locked], transmission.receptions, self._locks
+        locks.transmission[listeners] = 0
+        locks.end_ns[listeners] = transmission.end_ns
+        heard.sinr[locked] = locks.sinr[listeners]
+        if transmission.truncated:
+            heard.outcome[:] = DEAD
         else:
-            reception.outcome = outcome
+            decoded = self._draws(listeners) < np.exp(locks.log_success[listeners])
+            lost = self._causes_of_loss(transmission, reach, heard.sinr)[locked]
+            destination = transmission.frame.destination
+            mine = (heard.node[locked] == destination) | (destination == BROADCAST)
+            heard.outcome[locked] = np.where(decoded, np.where(mine, RECEIVED, OVERHEARD), lost)
+        self._book(transmission, listeners, heard.node[locked])
 
-    def _yield_to(self, listener: Listener, transmission: Transmission, locked_on: Transmission) -> int | None:
-        """Of two preambles that begin at the same instant the stronger wins, whichever event is handled first."""
-        node = listener.radio.node
-        held, new = locked_on.receptions[node], transmission.receptions[node]
-        if (new.power_mw, -transmission.frame.source) < (held.power_mw, -locked_on.frame.source):
-            return BUSY
-        held.outcome = BUSY
-        listener.lock = None
-        return None
+    def _draws(self, listeners: NDArray[np.intp]) -> Floats:
+        return np.array([uniforms.next() for index in listeners.tolist() if (uniforms := self._uniforms[index])])
 
-    def _lock(self, listener: Listener, transmission: Transmission) -> None:
-        if listener.lock is not None:  # it ends at this very instant, and its end is yet to be handled
-            self._conclude(listener, listener.lock)
-        transmission.receptions[listener.radio.node].segment_ns = transmission.start_ns + listener.preamble_ns
-        self._open_segment(listener, transmission, transmission.start_ns)
-        listener.lock = transmission
-        listener.radio.locked()
+    def _causes_of_loss(self, transmission: Transmission, reach: Reach, sinr: Floats) -> Ints:
+        """Collided where there was interference and the frame alone would have had an even chance, weak elsewhere."""
+        interfered = sinr < reach.near_zw / self._noise_zw * INTERFERED
+        likely_alone = 8.0 * transmission.frame.psdu_byte * reach.alone >= math.log(0.5)
+        return np.where(interfered & likely_alone, COLLIDED, WEAK)
 
-    def _deaf_outcome(
-        self, listener: Listener, transmission: Transmission, locked_on: Transmission | None
-    ) -> int | None:
-        radio = listener.radio
-        if radio.state == "dead":
-            return DEAD
-        if locked_on is not None and locked_on.start_ns < transmission.start_ns:
-            return BUSY
-        if radio.could_hear_since(transmission.start_ns):
-            return None
-        return HALF_DUPLEX if radio.is_awake else ASLEEP
+    def _book(self, transmission: Transmission, listeners: NDArray[np.intp], nodes: Ints) -> None:
+        """Book the time of a reception, at the radios themselves where they follow it."""
+        kind, time_ns = transmission.frame.kind, transmission.end_ns - transmission.start_ns
+        follows = self._follows[listeners]
+        for index, node in zip(listeners[follows].tolist(), nodes[follows].tolist(), strict=True):
+            self._radio(index).reception_ended(label_of(transmission, node), kind)
+        quiet, quiet_nodes = listeners[~follows], nodes[~follows]
+        destination = transmission.frame.destination
+        mine = (quiet_nodes == destination) | (destination == BROADCAST)
+        if mine.any():
+            self._heard_ns[label_of(transmission, int(quiet_nodes[mine][0])), kind][quiet[mine]] += time_ns
+        self._heard_ns["overhear", kind][quiet[~mine]] += time_ns
 
-    def _signal_ends(self, listener: Listener, transmission: Transmission, path: Path) -> None:
-        now_ns = self._clock.now_ns
-        listener.air.pop(transmission.id, None)
-        if listener.last_end_ns != now_ns:
-            listener.last_end_ns, listener.last_end_mw = now_ns, 0.0
-        listener.last_end_mw += path.power_mw
-        if listener.lock is transmission:
-            self._conclude(listener, transmission)
-        elif (locked_on := self._lock_at(listener, now_ns)) is not None:
-            self._close_segment(listener, locked_on, now_ns)
-            self._open_segment(listener, locked_on, now_ns)
-        if transmission.truncated and (reception := transmission.receptions.get(path.destination)) is not None:
-            reception.outcome = DEAD
 
-    def _conclude(self, listener: Listener, transmission: Transmission) -> None:
-        """The frame a listener is locked on is over: decide whether it was decoded."""
-        now_ns = self._clock.now_ns
-        node = listener.radio.node
-        reception = transmission.receptions[node]
-        self._close_segment(listener, transmission, now_ns)
-        listener.lock = None
-        listener.last_lock_end_ns = now_ns
-        decoded = not transmission.truncated and listener.uniforms.next() < math.exp(reception.log_success)
-        mine = transmission.frame.is_for(node)
-        if decoded:
-            reception.outcome = RECEIVED if mine else OVERHEARD
-        else:
-            reception.outcome = self._cause_of_loss(transmission, reception)
-        label = ("ack_receive" if transmission.frame.is_ack else "receive") if mine else "overhear"
-        listener.radio.reception_ended(label, transmission.frame.kind)
-
-    def _cause_of_loss(self, transmission: Transmission, reception: Reception) -> int:
-        snr = reception.power_mw / self._noise_mw
-        bits = 8.0 * transmission.frame.psdu_byte
-        interfered = reception.sinr < snr * (1.0 - 1e-9)
-        return COLLIDED if interfered and math.exp(bits * log_bit_success(snr)) >= 0.5 else WEAK
-
-    def _lock_at(self, listener: Listener, now_ns: int) -> Transmission | None:
-        lock = listener.lock
-        return lock if lock is not None and now_ns < lock.end_ns else None
-
-    def _earlier_mw(self, listener: Listener, now_ns: int) -> float:
-        """Power of what was on the air before this instant and still is: what a preamble that begins now meets.
-
-        Preambles that begin together are told apart by their strength (see `_rivals`), not by this.
-        """
-        return math.fsum(power for other, power in listener.air.values() if other.start_ns < now_ns < other.end_ns)
-
-    def _close_segment(self, listener: Listener, transmission: Transmission, now_ns: int) -> None:
-        reception = transmission.receptions[listener.radio.node]
-        if now_ns > reception.segment_ns:
-            sinr = reception.power_mw / (self._noise_mw + reception.interference_mw)
-            reception.sinr = min(reception.sinr, sinr)
-            bits = (now_ns - reception.segment_ns) * listener.radio.device.bitrate_bps * 1e-9
-            reception.log_success += bits * log_bit_success(sinr)
-            reception.segment_ns = now_ns
-
-    def _open_segment(self, listener: Listener, transmission: Transmission, now_ns: int) -> None:
-        reception = transmission.receptions[listener.radio.node]
-        reception.interference_mw = math.fsum(  # the same in whatever order they began
-            power for other, power in listener.air.values() if other is not transmission and now_ns < other.end_ns
-        )
+def _zeptowatts(links: Sequence[Path]) -> Ints:
+    return np.array([round(link.power_mw * ZW_PER_MW) for link in links], np.int64)

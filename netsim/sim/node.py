@@ -69,6 +69,7 @@ class Parts:
         """Book what every device has drawn until now."""
         for meter in self.meters:
             meter.settle()
+        self.radio.settle()
 
     def stop(self) -> None:
         """Every device off, at this nanosecond."""

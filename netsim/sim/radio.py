@@ -18,12 +18,20 @@ class Medium(Protocol):
         """Put a frame on the air now; its end is the medium's to announce (`Radio.transmission_ended`)."""
         ...
 
+    def settle(self, node: int) -> None:
+        """Tell the node's radio what it heard since the last time (`Radio.heard`)."""
+        ...
+
     def abort(self, transmission: Transmission) -> None:
         """The sender died half-way: nobody can decode the frame, and its signal is gone."""
         ...
 
+    def listening(self, node: int, since_ns: int) -> None:
+        """A node's receiver is open for signals that begin at `since_ns` or later."""
+        ...
+
     def stopped_listening(self, node: int, outcome: str) -> None:
-        """A node's receiver turned away from whatever it was locked on."""
+        """A node's receiver turned away, also from whatever it was locked on; `outcome` is what it misses from now on."""
         ...
 
 
@@ -94,6 +102,8 @@ class Radio:
 
     def start(self) -> None:
         """Power up straight into listening, at the start of the run."""
+        self.listens_since_ns = self._clock.now_ns
+        self._medium.listening(self.node, self.listens_since_ns)
         self._listen()
 
     def transmit(self, frame: LinkFrame) -> None:
@@ -111,9 +121,30 @@ class Radio:
         self._ready_in(self.device.turnaround_ns)
         self.on_transmitted(transmission.frame)
 
+    @property
+    def follows_receptions(self) -> bool:
+        """Whether each reception must be told (`locked`, `reception_ended`): where it draws other power, or is recorded.
+
+        Elsewhere the medium only sums up the time of receptions, which is taken from the listening time (`heard`).
+        """
+        return self._all_states or self.device.receive_mw != self.device.listen_mw
+
+    def heard(self, label: str, kind: str, time_ns: int) -> None:
+        """So much of the time booked as listening was spent on receptions."""
+        self._meter.move("listen", "", label, kind, time_ns)
+
+    def settle(self) -> None:
+        """Book what was drawn until now, receptions included."""
+        self._meter.settle()
+        self._medium.settle(self.node)
+
     def locked(self) -> None:
         """The receiver synchronised on a preamble."""
         self._enter("receive", self.device.receive_mw, "receive", "")
+
+    def reception_broken(self, label: str, kind: str) -> None:
+        """It turns away from the frame it was locked on."""
+        self._meter.relabel(label, kind)
 
     def reception_ended(self, label: str, kind: str) -> None:
         """The frame it was locked on is over; `label` is what the ledger books the time under."""
@@ -148,6 +179,7 @@ class Radio:
     def _ready_in(self, delay_ns: int) -> None:
         """Listen again after start-up or turnaround, and tell the MAC, also if a frame begins at that very instant."""
         self.listens_since_ns = self._clock.now_ns + delay_ns
+        self._medium.listening(self.node, self.listens_since_ns)
         era = self._era
 
         def ready(_: object) -> None:
@@ -158,9 +190,7 @@ class Radio:
         self._clock.call_after(delay_ns, ready)
 
     def _listen(self) -> None:
-        since_ns = self.listens_since_ns
         self._enter("listen", self.device.listen_mw, "listen")
-        self.listens_since_ns = self._clock.now_ns if since_ns is None else since_ns
 
     def _turn_away(self, outcome: str) -> None:
         self.listens_since_ns = None

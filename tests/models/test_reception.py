@@ -12,6 +12,7 @@ from netsim.models.reception import (
     LOG_BIT_SUCCESS_RELATIVE_ERROR,
     frame_success_probability,
     log_bit_success,
+    log_bit_success_of,
     oqpsk_bit_error_rate,
 )
 
@@ -82,3 +83,8 @@ def test_frame_from_table_equals_formula() -> None:
     for ratio_db in np.arange(-8.0, 9.0, 0.37):
         frame = math.exp(1064 * log_bit_success(linear(float(ratio_db))))
         assert frame == pytest.approx(frame_success_probability(linear(float(ratio_db)), 1064), rel=1e-2, abs=1e-5)
+
+
+def test_the_array_form_equals_the_scalar_one() -> None:
+    ratios = np.concatenate([np.linspace(0.0, 8.0, 4001), [6.5, 6.499999, 1e9, np.inf]])
+    assert log_bit_success_of(ratios).tolist() == [log_bit_success(ratio) for ratio in ratios.tolist()]

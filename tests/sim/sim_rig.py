@@ -70,7 +70,7 @@ class Station:
 
     def ledger_uj(self):
         """Energy in uJ and time in us under each heading."""
-        self.meter.settle()
+        self.radio.settle()
         return {
             (state, kind): (entry.energy_j * 1e6, entry.time_ns / US)
             for (_, state, kind), entry in self.account.entries.items()

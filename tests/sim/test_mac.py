@@ -18,6 +18,7 @@ class Deafening:
 
     def __init__(self, medium):
         self.join, self.begin, self.stopped_listening = medium.join, medium.begin, medium.stopped_listening
+        self.listening, self.settle = medium.listening, medium.settle
 
     def is_busy(self, node):
         return True
