@@ -1,0 +1,193 @@
+"""Below a message, without physics: stations in place of radio, MAC and network layer, and the post between them."""
+
+from collections import defaultdict
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import networkx as nx
+
+from netsim.api import Delivery, Message
+from netsim.sim.clock import Clock
+from netsim.testing.media import MessageMedium, Passage
+from netsim.trace.events import (
+    BROADCAST,
+    RADIO_STATE_CODE,
+    MessageDelivered,
+    MessageDropped,
+    MessageSent,
+    RadioState,
+)
+from netsim.trace.recorder import Recorder
+from netsim.units import s_to_ns
+
+
+class Station:
+    """Radio, MAC and network layer of one node in one: a letter box (see `netsim.sim.layers`)."""
+
+    def __init__(self, node: int, post: "Post", deliver: Callable[[Message], None]) -> None:
+        self._node = node
+        self._post = post
+        self.deliver = deliver
+        self.state = "off"
+        self.pending = 0
+
+    def start(self) -> None:
+        """See `Transceiver.start`."""
+        self.state = "listen"
+
+    def die(self) -> None:
+        """See `Transceiver.die`."""
+        self._turn("dead")
+
+    def settle(self) -> None:
+        """It draws nothing."""
+
+    def stop(self) -> None:
+        """What is on its way already arrives."""
+
+    def sleep(self) -> None:
+        """See `LinkLayer.sleep`."""
+        if self.state == "listen":
+            self._turn("sleep")
+
+    def wake(self) -> None:
+        """See `LinkLayer.wake`."""
+        if self.state == "sleep":
+            self._turn("listen")
+
+    def send(
+        self, destination: int, kind: str, payload: bytes, causes: Sequence[int], done: Callable[[Delivery], None]
+    ) -> int:
+        """See `NetworkLayer.send`."""
+        return self._post.accept(self._node, destination, kind, payload, causes, done)
+
+    def _turn(self, state: str) -> None:
+        self.state = state
+        self._post.recorder.record(RadioState(self._node, RADIO_STATE_CODE[state]))
+
+
+@dataclass(frozen=True, slots=True)
+class Letter:
+    """A sent message and whom to tell what became of it."""
+
+    id: int
+    source: int
+    destination: int
+    kind: str
+    payload: bytes
+    sent_ns: int
+    done: Callable[[Delivery], None]
+
+
+class Post:
+    """Carries letters between stations as the medium decides."""
+
+    def __init__(
+        self, clock: Clock, recorder: Recorder, medium: MessageMedium, neighbours: Mapping[int, Collection[int]]
+    ) -> None:
+        self._clock = clock
+        self.recorder = recorder
+        self._medium = medium
+        self._neighbours = neighbours
+        self._graph = nx.DiGraph((node, other) for node, others in neighbours.items() for other in others)
+        self.stations: dict[int, Station] = {}
+        self._sent = 0
+        self._counts: defaultdict[tuple[int, int, str], int] = defaultdict(int)
+        self._due: dict[int, list[tuple[tuple[int, ...], Callable[[], None]]]] = {}
+
+    def accept(
+        self,
+        source: int,
+        destination: int,
+        kind: str,
+        payload: bytes,
+        causes: Sequence[int],
+        done: Callable[[Delivery], None],
+    ) -> int:
+        """Take a message, call `done` once with what became of it, return its number in the trace."""
+        self._sent += 1
+        self.recorder.record(MessageSent(self._sent, source, destination, kind, len(payload), 1, causes))
+        letter = Letter(self._sent, source, destination, kind, payload, self._clock.now_ns, done)
+        if destination == BROADCAST:
+            self._spread(letter)
+        elif (hops := self._hops(source, destination)) is None:
+            self._lose(letter, "no_route", 0)
+        else:
+            self._carry(letter, destination, hops)
+        return letter.id
+
+    def _spread(self, letter: Letter) -> None:
+        for receiver in sorted(self._neighbours.get(letter.source, ())):
+            self._carry(letter, receiver, 1)
+        self._after(self._usual_ns, letter, letter.source, 0, lambda: letter.done(Delivery(True, "", 1)))
+
+    def _carry(self, letter: Letter, receiver: int, hops: int) -> None:
+        edge = (letter.source, receiver, letter.kind)
+        passage = Passage(*edge, letter.payload, letter.sent_ns, self._counts[edge], letter.destination == BROADCAST)
+        self._counts[edge] += 1
+        extras_ns = self._medium.verdict(passage)
+        for copy, extra_ns in enumerate(extras_ns):
+            self._post_copy(letter, receiver, hops, copy, self._usual_ns + extra_ns)
+        if not extras_ns and letter.destination != BROADCAST:
+            self._after(self._usual_ns, letter, receiver, 0, lambda: self._lose(letter, "no_ack", 1))
+
+    def _post_copy(self, letter: Letter, receiver: int, hops: int, copy: int, delay_ns: int) -> None:
+        tell = copy == 0 and letter.destination != BROADCAST
+        self._after(delay_ns, letter, receiver, copy, lambda: self._arrive(letter, receiver, hops, tell))
+
+    def _arrive(self, letter: Letter, receiver: int, hops: int, tell: bool) -> None:
+        heard = self.stations[receiver].state == "listen"
+        if heard:
+            self._hand_over(letter, receiver, hops)
+        if tell and heard:
+            letter.done(Delivery(True, "", 1))
+        elif tell:
+            self._lose(letter, "no_ack", 1)
+
+    def _hand_over(self, letter: Letter, receiver: int, hops: int) -> None:
+        now_ns = self._clock.now_ns
+        latency_ns = now_ns - letter.sent_ns
+        size_byte = len(letter.payload)
+        self.recorder.record(
+            MessageDelivered(letter.id, letter.source, receiver, letter.kind, size_byte, hops, latency_ns)
+        )
+        self.stations[receiver].deliver(
+            Message(letter.id, letter.source, letter.destination, letter.kind, letter.payload, now_ns, hops)
+        )
+
+    def _lose(self, letter: Letter, reason: str, attempts: int) -> None:
+        if self.stations[letter.source].state != "dead":
+            source = letter.source
+            self.recorder.record(MessageDropped(letter.id, source, letter.destination, source, letter.kind, reason))
+        letter.done(Delivery(False, reason, attempts))
+
+    def _hops(self, source: int, destination: int) -> int | None:
+        if destination in self._neighbours.get(source, ()):
+            return 1
+        try:
+            return int(nx.shortest_path_length(self._graph, source, destination))
+        except (nx.NetworkXNoPath, nx.NodeNotFound):
+            return None
+
+    @property
+    def _usual_ns(self) -> int:
+        return s_to_ns(self._medium.delay_s)
+
+    def _after(self, delay_ns: int, letter: Letter, receiver: int, copy: int, action: Callable[[], None]) -> None:
+        """Do something later; what falls on the same instant is sorted, so that no order of sending shows."""
+        station = self.stations[letter.source]
+        station.pending += 1
+
+        def act() -> None:
+            station.pending -= 1
+            action()
+
+        at_ns = self._clock.now_ns + delay_ns
+        if at_ns not in self._due:
+            self._due[at_ns] = []
+            self._clock.call_after(delay_ns, self._act_on_due)
+        self._due[at_ns].append(((receiver, letter.source, letter.id, copy), act))
+
+    def _act_on_due(self, _: object) -> None:
+        for _key, action in sorted(self._due.pop(self._clock.now_ns), key=lambda entry: entry[0]):
+            action()
