@@ -59,7 +59,7 @@ def run(
         ScenarioError: If the scenario cannot be run, or `folder` is not empty and `force` is not set.
         TraceError: If a file cannot be written.
     """
-    from netsim.scenario.run import new_folder
+    from netsim.scenario.folder import new_folder
     from netsim.scenario.run import run as run_scenario
 
     loaded = load(scenario) if isinstance(scenario, str | Path) else scenario

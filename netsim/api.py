@@ -37,7 +37,7 @@ class Message:
     """A message as its receiver sees it.
 
     Attributes:
-        id: Number of the message in the trace.
+        id: Number of the message in the trace, for `causes`. It is not in the packet: decide nothing by it.
         source: Node whose algorithm sent it, perhaps several hops away.
         destination: This node, or `BROADCAST`.
         kind: What it is, a short name such as `belief`.
@@ -162,7 +162,8 @@ class NodeHandle(Protocol):
             destination: Node id; sending to oneself is an error (co-hosted variables need no air).
             kind: Short name of the message's meaning; it names the message in trace, ledger and replay.
             payload: The bytes to carry.
-            causes: Messages that led to this one, for the causal chain; by default those received since the last send.
+            causes: Messages that led to this one, for the causal chain; by default those received since the sends before,
+                so that several messages sent in a row share theirs.
 
         Raises:
             AlgorithmError: For an unknown destination, a destination that is this node, or a payload that is not bytes.
@@ -220,7 +221,12 @@ class NodeHandle(Protocol):
         ...
 
     def record(self, event: Event) -> None:
-        """Put an event into the trace. It costs the node nothing and reaches no other node."""
+        """Put an event of this node into the trace. It costs the node nothing and reaches no other node.
+
+        Raises:
+            AlgorithmError: For an event of another node, or one that is not an algorithm's to record: those are
+                Association, Marginals, Estimate, GraphMessages, Role and AlgorithmRecord.
+        """
         ...
 
 

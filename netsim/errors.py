@@ -10,7 +10,10 @@ class NetsimError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing wrong with an input file: where, what was expected, what was found, what to do."""
+    """One thing wrong with an input file: where, what was expected, what was found, what to do.
+
+    Without `got`, `expected` is a whole sentence.
+    """
 
     file: str
     line: int
@@ -23,7 +26,8 @@ class Finding:
         """The finding on one line: `file:line: path: expected ..., got ...; remedy`."""
         place = f"{self.file}:{self.line}: {self.path}" if self.path else f"{self.file}:{self.line}"
         remedy = f"; {self.remedy}" if self.remedy else ""
-        return f"{place}: expected {self.expected}, got {self.got}{remedy}"
+        what = f"expected {self.expected}, got {self.got}" if self.got else self.expected
+        return f"{place}: {what}{remedy}"
 
 
 class ScenarioError(NetsimError):

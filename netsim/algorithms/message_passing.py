@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from annotated_types import Ge, Lt
+from annotated_types import Ge, Le, Lt
 
 from netsim.algorithms.hosting import Hosting, prepare
 from netsim.api import Message, NodeHandle, Op
@@ -29,7 +29,10 @@ from netsim.trace.events import Association, GraphMessages, Marginals
 from netsim.units import s_to_ns
 
 BELIEF = "belief"
-_ENTRY = Record("HHHH")  # round, source vertex, destination vertex, number of entries
+LAST_ROUND = 0xFFFF
+_ENTRY = Record("HHHH")  # round or step modulo 65,536, source vertex, destination vertex, number of entries
+SETTLED = 1e-12
+"""Divergence up to which a message counts as unchanged where no tolerance is set."""
 
 Damping = Annotated[float, Ge(0), Lt(1)]
 
@@ -40,7 +43,7 @@ class MessagePassingParameters:
 
     schedule: Literal["synchronous", "asynchronous"] = "synchronous"
     """`synchronous`: rounds driven by the nodes' timers; `asynchronous`: a node computes when something has arrived."""
-    rounds: PositiveInt = 15
+    rounds: Annotated[int, Ge(1), Le(LAST_ROUND)] = 15
     """Rounds of computed messages, after the start round; asynchronous: the time limit in rounds."""
     round_s: Positive = 1.0
     """Length of a round."""
@@ -50,12 +53,18 @@ class MessagePassingParameters:
     """How often a measurement is sent that was not acknowledged."""
     spread_s: NonNegative = 0.5
     """Each node sends at a random moment within this time after computing, so that not all speak at once."""
-    hold_s: NonNegative = 0.05
+    hold_s: Positive = 0.05
     """Asynchronous: how long a node waits for more before it computes."""
     payload: FloatWidth = "float64"
     """Precision of numbers on the air."""
     damping: Damping = 0.0
     """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
+
+    def __post_init__(self) -> None:
+        """A message must be on its way before the next round begins."""
+        if self.spread_s >= self.round_s:
+            message = "spread_s below round_s"
+            raise ValueError(message)
 
 
 @parameters
@@ -114,13 +123,17 @@ def rule_of(parameters: MessagePassingParameters) -> CommunicationRule:
             compare_with=parameters.compare_with,
             damping=parameters.damping,
         )
+    if (
+        parameters.schedule == "asynchronous"
+    ):  # without rounds, an unchanged message must not wake its receiver for ever
+        return CommunicationRule(tolerance=SETTLED, damping=parameters.damping)
     return CommunicationRule(damping=parameters.damping)
 
 
 def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArray]], width: FloatWidth) -> bytes:
     """Messages for one node as one payload: (source vertex, destination vertex, log message) each."""
     return b"".join(
-        _ENTRY.pack(round_number, source, destination, len(message)) + encode_floats(message, width)
+        _ENTRY.pack(round_number & LAST_ROUND, source, destination, len(message)) + encode_floats(message, width)
         for source, destination, message in entries
     )
 
@@ -147,23 +160,30 @@ class Hosted:
     hosting: Hosting
     senders: Mapping[int, VertexSender]
     incoming: Mapping[int, dict[int, FloatArray]]
+    newest: dict[tuple[int, int], int]
     early: list[tuple[int, int, int, FloatArray]]
 
     @classmethod
     def of(cls, hosting: Hosting, rule: CommunicationRule) -> "Hosted":
         """At the start nothing has been received."""
         senders = {vertex.id: VertexSender(vertex, rule) for vertex in hosting.vertices}
-        return cls(hosting, senders, {vertex: {} for vertex in senders}, [])
+        return cls(hosting, senders, {vertex: {} for vertex in senders}, {}, [])
 
     def accept(self, entry: tuple[int, int, int, FloatArray]) -> bool:
-        """Take a received message; one that does not fit (its sender lacked our measurements) is left out."""
-        _, source, destination, message = entry
+        """Take a received message, unless a newer one came first; False for one that does not fit.
+
+        It does not fit where its sender lacked our measurements.
+        """
+        number, source, destination, message = entry
         sender = self.senders.get(destination)
         if sender is None or source not in sender.vertex.neighbours:
             return False
         if len(message) != sender.vertex.incoming_size(source):
             return False
-        self.incoming[destination][source] = message
+        last = self.newest.get((source, destination))
+        if last is None or (number - last) & LAST_ROUND <= LAST_ROUND // 2:
+            self.newest[source, destination] = number
+            self.incoming[destination][source] = message
         return True
 
     @property
@@ -201,19 +221,20 @@ class MessagePassing:
         round_ns = s_to_ns(self._parameters.round_s)
         for number in range(self._parameters.rounds + 1):
             yield from node.pause_until(start_ns + number * round_ns)
+            late_ns = node.now_ns - (start_ns + number * round_ns)
             yield from self._collect(node, hosted, number)
             outputs = self._outputs(hosted, number)
             if number > 0:
                 self._report(node, hosted, number - 1)
                 yield from node.compute(hosted.operations)
-            yield from self._send(node, hosted, number, outputs)
+            yield from self._send(node, hosted, number, outputs, late_ns)
         yield from node.pause_until(start_ns + (self._parameters.rounds + 1) * round_ns)
         yield from self._collect(node, hosted, self._parameters.rounds + 1)
 
     def _whenever(self, node: NodeHandle, hosted: Hosted, start_ns: int) -> Op[None]:
         """Asynchronous: compute when something has arrived, until the time is over."""
         end_ns = start_ns + (self._parameters.rounds + 1) * s_to_ns(self._parameters.round_s)
-        yield from self._send(node, hosted, 0, self._outputs(hosted, 0))
+        yield from self._send(node, hosted, 0, self._outputs(hosted, 0), 0)
         number = 0
         news = True
         while node.now_ns < end_ns:
@@ -227,7 +248,7 @@ class MessagePassing:
             number += 1
             outputs = self._outputs(hosted, number)
             yield from node.compute(hosted.operations)
-            news = yield from self._send(node, hosted, number, outputs)
+            news = yield from self._send(node, hosted, number, outputs, 0)
 
     def _outputs(self, hosted: Hosted, number: int) -> dict[int, RoundOutput]:
         """What each hosted vertex sends in a round, from what was received before it."""
@@ -237,21 +258,23 @@ class MessagePassing:
             vertex: sender.step(hosted.incoming[vertex], self._semiring) for vertex, sender in hosted.senders.items()
         }
 
-    def _send(self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput]) -> Op[bool]:
+    def _send(
+        self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput], late_ns: int
+    ) -> Op[bool]:
         """Hand over what was selected; returns whether a co-hosted vertex got something new."""
-        self._count(node, hosted, number, outputs)
+        self._count(node, hosted, number, outputs, late_ns)
         by_host: dict[int, list[tuple[int, int, FloatArray]]] = {}
         for source, output in sorted(outputs.items()):
             for destination, message in output.sent.items():
                 by_host.setdefault(hosted.hosting.hosts[destination], []).append((source, destination, message))
         local = by_host.pop(node.id, [])
         for source, destination, message in local:
-            hosted.accept((number, source, destination, message))
+            hosted.accept((number & LAST_ROUND, source, destination, message))
         if by_host:
             yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
             for host, entries in sorted(by_host.items()):
                 node.send(host, BELIEF, encode_entries(number, entries, self._parameters.payload))
-        return bool(local)
+        return any(outputs[source].largest_change > SETTLED for source, _, _ in local)
 
     def _collect(self, node: NodeHandle, hosted: Hosted, number: int | None) -> Op[None]:
         """Take everything that has arrived; what belongs to this round or a later one waits for its turn."""
@@ -272,7 +295,9 @@ class MessagePassing:
             return True
         return hosted.accept(entry)
 
-    def _count(self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput]) -> None:
+    def _count(
+        self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput], late_ns: int
+    ) -> None:
         """Record the graph messages of a round."""
         if not outputs:
             return
@@ -286,6 +311,8 @@ class MessagePassing:
                 remote=[int(hosted.hosting.hosts[to] != node.id) for _, to in edges],
                 computed=sum(output.computed for output in outputs.values()),
                 largest_change=max(output.largest_change for output in outputs.values()),
+                is_synchronous=int(self._parameters.schedule == "synchronous"),
+                late_ns=late_ns,
             )
         )
 

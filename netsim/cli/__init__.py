@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 
 from netsim.errors import NetsimError, ScenarioError
 
@@ -12,10 +13,13 @@ EXIT_INTERRUPTED = 130
 
 def main() -> None:
     """Entry point of `netsim`: errors become one line each and an exit status, tracebacks only with `--debug`."""
-    from netsim.cli.app import app
-
     try:
+        from netsim.cli.app import app
+
+        warnings.showwarning = _show_warning
         app()
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
     except ScenarioError as error:
         _fail(error, EXIT_BAD_INPUT)
     except NetsimError as error:
@@ -25,6 +29,11 @@ def main() -> None:
         sys.exit(EXIT_FAILURE)
     except Exception as error:  # a defect of netsim: still one line, with the way to the traceback
         _fail(error, EXIT_FAILURE, f"internal error: {error!r} (add --debug for the traceback)")
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """One line, without the place in our code."""
+    sys.stderr.write(f"warning: {message}\n")
 
 
 def _fail(error: Exception, status: int, text: str | None = None) -> None:

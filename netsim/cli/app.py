@@ -58,7 +58,7 @@ def run(
     override: Set = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the results [default: the first free of runs/NAME, runs/NAME-2, ...]."),
+        typer.Option(help="Folder for the results; by default the first free of runs/NAME, runs/NAME-2, ..."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier run in --out.")] = False,
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Write no trace; the metrics are the same.")] = False,
@@ -100,7 +100,7 @@ def replay(
     start: Annotated[float, typer.Option(help="Show from here (simulated seconds).", min=0)] = 0.0,
     end: Annotated[float | None, typer.Option(help="Show up to here (simulated seconds).")] = None,
     kinds: Annotated[str | None, typer.Option(help="Message kinds to show, separated by commas.")] = None,
-    nodes: Annotated[str | None, typer.Option(help="Node ids to show, separated by commas.")] = None,
+    nodes: Annotated[str | None, typer.Option(help="Node ids or names to show, separated by commas.")] = None,
     speed: Annotated[float | None, typer.Option(help="Simulated seconds per second of playback.")] = None,
     hold: Annotated[float | None, typer.Option(help="How long a message's arrow stays (simulated seconds).")] = None,
     save: Annotated[

@@ -1,17 +1,16 @@
 """`netsim check`."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import typer
 
 from netsim.cli import EXIT_BAD_INPUT
-from netsim.cli.console import err, out
+from netsim.cli.console import say, tell
 from netsim.errors import Finding, ScenarioError
 from netsim.models.device_tables import load_radio
 from netsim.models.devices import device_findings
-from netsim.scenario.build import dry_run
+from netsim.scenario.build import build
 from netsim.scenario.load import LoadedScenario, inspect
 
 
@@ -21,12 +20,12 @@ def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: b
     for file in files:
         loaded, findings = _checked(file, overrides, plugins)
         for finding in findings:
-            sys.stderr.write(f"{finding}\n")
+            tell(str(finding))
         wrong += len(findings)
         if loaded is not None and not findings:
             _tell(loaded)
     if wrong:
-        err.print(f"{wrong} error{'s' if wrong > 1 else ''}")
+        tell(f"{wrong} error{'s' if wrong > 1 else ''}")
         raise typer.Exit(EXIT_BAD_INPUT)
 
 
@@ -35,7 +34,7 @@ def _checked(file: Path, overrides: Sequence[str], plugins: bool) -> tuple[Loade
     try:
         loaded, findings = inspect(file, overrides, plugins=plugins)
         if loaded is not None:
-            dry_run(loaded)
+            build(loaded)
     except ScenarioError as error:
         return None, list(error.findings) or [str(error)]
     return loaded, list(findings)
@@ -43,10 +42,10 @@ def _checked(file: Path, overrides: Sequence[str], plugins: bool) -> tuple[Loade
 
 def _tell(loaded: LoadedScenario) -> None:
     scenario = loaded.scenario
-    out.print(f"{loaded.path}: ok ({scenario.name})")
+    say(f"{loaded.path}: ok ({scenario.name})")
     for name, entry in sorted(loaded.registry.found.items()):
         if ":" in name:
-            out.print(f"  {name} was imported: {entry.summary}", markup=False)
+            say(f"  {name} was imported: {entry.summary}")
     for radio in sorted({group.radio for group in scenario.nodes}):
         for warning in device_findings(load_radio(radio, loaded.folder)):
-            err.print(f"warning: radio {radio}: {warning}", markup=False)
+            tell(f"warning: radio {radio}: {warning}")

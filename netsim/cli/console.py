@@ -1,11 +1,32 @@
-"""Where output goes: results to standard output, everything on the way to standard error."""
+"""Where output goes: results to standard output, everything on the way to standard error.
+
+Lines go out as they are: never wrapped, so that paths and commands can be copied. Tables go through rich.
+"""
 
 import sys
 
 from rich.console import Console
+from rich.table import Table
 
-out = Console(soft_wrap=True, highlight=False)
+WIDTH_ELSEWHERE = 100
+"""Width of tables that go into a file or a pipe."""
+
 err = Console(stderr=True, highlight=False)
+
+
+def say(line: str) -> None:
+    """A line of results."""
+    sys.stdout.write(f"{line}\n")
+
+
+def tell(line: str) -> None:
+    """A line about what is going on, or wrong."""
+    sys.stderr.write(f"{line}\n")
+
+
+def show(table: Table) -> None:
+    """A table of results."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_ELSEWHERE).print(table)
 
 
 def is_terminal() -> bool:

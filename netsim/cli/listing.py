@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 
 from netsim.algorithms.registry import SHIPPED
-from netsim.cli.console import out
+from netsim.cli.console import say, show
 from netsim.errors import ScenarioError
 from netsim.models.device_tables import shipped
 from netsim.reading import field_reference, json_schema, read_document
@@ -27,15 +27,15 @@ def list_command() -> None:
     algorithms = _table("Algorithms (your own: module:Class)", "name", "what it does", "source")
     for entry in SHIPPED.values():
         algorithms.add_row(entry.name, entry.summary, entry.citation)
-    out.print(algorithms)
+    show(algorithms)
     devices = _table("Devices (your own: path of a YAML file)", "kind", "names")
     for kind in ("radios", "cpus", "batteries"):
         devices.add_row(kind, ", ".join(shipped(kind)))
-    out.print(devices)
-    scenarios = _table("Scenarios", "file", "what it shows")
+    show(devices)
+    say("Scenarios\n")
     for path, description in _scenarios():
-        scenarios.add_row(str(path), description)
-    out.print(scenarios)
+        say(f" {path}")
+        say(f"     {description}")
 
 
 def schema_command(reference: bool) -> None:
@@ -84,4 +84,9 @@ def _scenarios() -> Iterator[tuple[Path, str]]:
         except ScenarioError:
             continue
         if isinstance(plain, dict) and plain.get("kind") == "scenario":
-            yield path, str(plain.get("description", "")).split(".")[0].strip()
+            yield _nearby(path), " ".join(str(plain.get("description", "")).split())
+
+
+def _nearby(path: Path) -> Path:
+    """The path as one would type it from here."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path

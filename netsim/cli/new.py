@@ -4,7 +4,7 @@ import keyword
 from importlib.resources import files
 from pathlib import Path
 
-from netsim.cli.console import out
+from netsim.cli.console import say
 from netsim.errors import ScenarioError
 
 TEMPLATES = {
@@ -29,8 +29,8 @@ def new_algorithm_command(name: str, folder: Path) -> None:
     for path, template in targets.items():
         text = (files("netsim.cli") / "templates" / template).read_text(encoding="utf-8")
         _write(path, text.replace("@MODULE@", module).replace("@CLASS@", class_name))
-    out.print(f"Run it:  netsim run {folder / f'{module}.yaml'}")
-    out.print(f"Test it: pytest {folder / f'test_{module}.py'}")
+    say(f"Run it:  netsim run {folder / f'{module}.yaml'}")
+    say(f"Test it: pytest {folder / f'test_{module}.py'}")
 
 
 def _write(path: Path, text: str) -> None:
@@ -40,4 +40,4 @@ def _write(path: Path, text: str) -> None:
     except OSError as error:
         message = f"cannot write {path}: {error.strerror or error}"
         raise ScenarioError(message) from error
-    out.print(f"wrote {path}")
+    say(f"wrote {path}")

@@ -8,7 +8,7 @@ from types import FrameType
 
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from netsim.cli.console import err, is_terminal
+from netsim.cli.console import err, is_terminal, tell
 from netsim.units import NS_PER_S
 
 LINE_EVERY_S = 5.0
@@ -37,7 +37,7 @@ class Watch:
         speed = now_s / wall_s
         if self._bar is None:
             left_s = (horizon_s - now_s) / speed if speed > 0 else float("inf")
-            err.print(f"simulated {now_s:.1f} of at most {horizon_s:g} s, {speed:.3g} x real time, {left_s:.0f} s left")
+            tell(f"simulated {now_s:.1f} of at most {horizon_s:g} s, {speed:.3g} x real time, {left_s:.0f} s left")
             return
         if self._task is None:
             self._task = self._bar.add_task("run", total=horizon_s, speed="")
@@ -64,7 +64,7 @@ def watched() -> Iterator[Watch]:
         if watch.wants_end:
             raise KeyboardInterrupt
         watch.wants_end = True
-        err.print("ending the run and closing its files; once more to stop at once")
+        tell("ending the run and closing its files; once more to stop at once")
 
     before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -1,12 +1,15 @@
 """`netsim replay`."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from netsim.cli.console import err, out
-from netsim.errors import ScenarioError
-from netsim.replay import ReplayOptions, save, screenshot, serve, view
-from netsim.scenario.run import TRACE_FILE
+from netsim.cli.console import say, tell
+from netsim.errors import ScenarioError, TraceError
+from netsim.replay import ReplayOptions, check_window, node_ids, save, screenshot, serve, view
+from netsim.scenario.folder import TRACE_FILE
+from netsim.trace.reader import trace_metadata
+from netsim.trace.writer import partial_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +30,21 @@ class Sinks:
 
 
 def trace_file(given: Path) -> Path:
-    """The trace itself, where the folder of a run was given."""
-    return given / TRACE_FILE if given.is_dir() else given
+    """The trace itself, where the folder of a run was given; what a killed run left if there is nothing else.
+
+    Raises:
+        ScenarioError: If there is no trace, or it cannot be read.
+    """
+    path = given / TRACE_FILE if given.is_dir() else given
+    partial = partial_path(path)
+    if not path.exists() and partial.exists():
+        tell(f"warning: the run was not finished; showing what it left, {partial}")
+        path = partial
+    try:
+        trace_metadata(path)
+    except TraceError as error:
+        raise ScenarioError(str(error)) from error
+    return path
 
 
 def replay_command(
@@ -49,18 +65,19 @@ def replay_command(
         speed=speed,
         hold_s=hold_s,
         kinds=None if kinds is None else frozenset(part.strip() for part in kinds.split(",")),
-        nodes=None if nodes is None else frozenset(_ids(nodes)),
+        nodes=None if nodes is None else node_ids(trace, [part.strip() for part in nodes.split(",")]),
     )
     _check(options, sinks)
+    check_window(trace, options)
     if sinks.save is not None:
         save(trace, sinks.save, options)
-        out.print(f"wrote {sinks.save}; open it with: rerun {sinks.save}")
+        say(f"wrote {sinks.save}; open it with: rerun {sinks.save}")
     if sinks.screenshot is not None and sinks.at_s is not None:
         for report in screenshot(trace, sinks.screenshot, sinks.at_s, options):
-            err.print(f"warning: {report}", markup=False)
-        out.print(f"wrote {sinks.screenshot}")
+            tell(f"warning: {report}")
+        say(f"wrote {sinks.screenshot}")
     if sinks.serve:
-        serve(trace, options, announce=lambda address: err.print(f"open {address} in a browser; Ctrl-C ends"))
+        serve(trace, options, announce=lambda address: tell(f"open {address} in a browser; Ctrl-C ends"))
     elif sinks.save is None and sinks.screenshot is None:
         view(trace, options)
 
@@ -73,14 +90,6 @@ def _check(options: ReplayOptions, sinks: Sinks) -> None:
         message = f"--end: expected a time after --start ({options.start_s:g} s), got {options.end_s:g} s"
         raise ScenarioError(message)
     for name, value in (("--speed", options.speed), ("--hold", options.hold_s)):
-        if value is not None and value <= 0:
+        if value is not None and not 0 < value < math.inf:
             message = f"{name}: expected a number > 0, got {value:g}"
             raise ScenarioError(message)
-
-
-def _ids(text: str) -> list[int]:
-    try:
-        return [int(part) for part in text.split(",")]
-    except ValueError as error:
-        message = f"--nodes: expected node ids separated by commas, as in 0,7,12, got {text!r}"
-        raise ScenarioError(message) from error

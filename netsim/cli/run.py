@@ -1,16 +1,19 @@
 """`netsim run`."""
 
+import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
 import typer
 
 from netsim.cli import EXIT_FAILURE, EXIT_INTERRUPTED
-from netsim.cli.console import err, out
+from netsim.cli.console import say, show, tell
 from netsim.cli.progress import watched
 from netsim.cli.summary import summary_table
+from netsim.scenario.folder import new_folder
 from netsim.scenario.load import load
-from netsim.scenario.run import Result, new_folder, run
+from netsim.scenario.run import Result, run
 
 
 def run_command(
@@ -21,7 +24,7 @@ def run_command(
     folder = new_folder(wanted, loaded.scenario.name, force)
     with watched() as watch:
         result = run(loaded, folder=folder, trace=trace, progress=watch)
-    out.print(summary_table(result, loaded))
+    show(summary_table(result, loaded))
     _tell_files(result)
     _tell_troubles(result)
     if result.interrupted:
@@ -31,17 +34,24 @@ def run_command(
 
 
 def _tell_files(result: Result) -> None:
-    out.print(
-        f"Results in {result.folder}: metrics.json, run.json, scenario.yaml" + (", trace.mcap" if result.trace else "")
-    )
+    say(f"Results in {result.folder}: metrics.json, run.json, scenario.yaml" + (", trace.mcap" if result.trace else ""))
     if result.trace:
-        out.print(f"Watch it: netsim replay {result.trace}")
+        say(f"Watch it: netsim replay {result.trace}")
 
 
 def _tell_troubles(result: Result) -> None:
     if result.interrupted:
-        err.print("interrupted: the figures cover the part that was simulated")
-    for node, failure in list(result.failures.items())[:5]:
-        err.print(f"error: node {node}: {failure}", markup=False)
-    if len(result.failures) > 5:
-        err.print(f"error: and {len(result.failures) - 5} more nodes")
+        tell("interrupted: the figures cover the part that was simulated")
+    nodes_by_failure: dict[str, list[int]] = {}
+    for node, failure in result.failures.items():
+        nodes_by_failure.setdefault(str(failure), []).append(node)
+    for text, nodes in nodes_by_failure.items():
+        tell(f"error: node{'s' if len(nodes) > 1 else ''} {_listed(nodes)}: {text}")
+    first = next(iter(result.failures.values()), None)
+    if first is not None and "--debug" in sys.argv[1:]:
+        tell("".join(traceback.format_exception(first.__cause__ or first)).rstrip())
+
+
+def _listed(nodes: Sequence[int]) -> str:
+    shown = ", ".join(map(str, nodes[:8]))
+    return shown if len(nodes) <= 8 else f"{shown} and {len(nodes) - 8} more"

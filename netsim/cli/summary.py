@@ -10,6 +10,7 @@ from netsim.scenario.load import LoadedScenario
 from netsim.scenario.run import Result
 
 Row = tuple[str, str]
+SHOWN_STATES = 8
 
 
 def summary_table(result: Result, loaded: LoadedScenario) -> Table:
@@ -32,6 +33,7 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "association_error" in figures:
         yield f"association error, of {figures['measurements']} measurements", _percent(figures["association_error"])
         yield "  of the exact MAP", _percent(figures["association_error_exact_map"])
+        yield "  decided otherwise than the exact MAP", _percent(figures["association_differs_from_exact_map"])
         yield "  deciding alone", _percent(figures["association_error_independent"])
     if "marginals" in figures:
         yield "largest error of a marginal", _number(figures["marginal_error_linf"])
@@ -40,27 +42,36 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
         quiet = figures["converged_round"]
         settled = f"settled in round {quiet}" if quiet is not None else "not settled"
         yield "rounds", f"{figures['rounds']} ({settled})"
+        if figures["rounds_begun_late"]:
+            late = f"{figures['rounds_begun_late']}, by up to {_seconds(figures['round_lateness_max_s'])}"
+            yield "  begun late: the CPU needs more than round_s", late
+    elif "last_news_s" in figures:
+        yield "last new message", _seconds(figures["last_news_s"])
 
 
 def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "graph_messages_per_sensor" in figures:
         yield "graph messages per sensor", _number(figures["graph_messages_per_sensor"])
+    if "graph_messages_until_convergence_per_sensor" in figures:
         yield "  until settled", _number(figures["graph_messages_until_convergence_per_sensor"])
-    yield "radio messages", f"{figures['radio_messages']:,} ({_counts(figures['radio_messages_by_kind'])})"
+    yield "radio messages", _counted(figures["radio_messages"], figures["radio_messages_by_kind"])
     yield "  unicasts delivered", _percent(figures["delivery_ratio_unicast"])
     if figures["drops_by_reason"]:
         yield "  packets given up", _counts(figures["drops_by_reason"])
-    yield "frames", f"{figures['frames']:,} ({figures['frames_retry']:,} retries, {figures['frames_ack']:,} acks)"
-    yield "bytes on the air", f"{figures['air_byte']:,}"
+    kinds = {"data": figures["frames_data"], "retry": figures["frames_retry"], "ack": figures["frames_ack"]}
+    yield "frames", _counted(figures["frames"], kinds)
+    yield "bytes in frames (PSDU)", f"{figures['frame_byte']:,}"
     yield "airtime", _seconds(figures["airtime_s"])
 
 
 def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
     yield "energy", f"{figures['energy_j']:.4g} J"
     states = sorted(figures["energy_by_state_j"].items(), key=lambda item: -item[1])
-    for state, joules in states[:8]:
+    for state, joules in states[:SHOWN_STATES]:
         if joules > 0.0:
             yield f"  {state}", f"{joules:.4g} J"
+    if rest := sum(joules for _, joules in states[SHOWN_STATES:]):
+        yield "  everything else", f"{rest:.4g} J"
     if figures["energy_most_node"] is not None:
         yield "  most by a node", f"{figures['energy_most_j']:.4g} J ({figures['energy_most_node']})"
     if figures["deaths"]:
@@ -71,7 +82,8 @@ def _time(result: Result) -> Iterator[Row]:
     figures = result.metrics
     unfinished = figures["nodes"] - figures["nodes_finished"] - figures["nodes_failed"] - figures["nodes_died"]
     if unfinished:
-        yield "nodes cut off at the horizon", f"{unfinished} of {figures['nodes']}"
+        cause = "by the interruption" if result.interrupted else "at the horizon"
+        yield f"nodes cut off {cause}", f"{unfinished} of {figures['nodes']}"
     if figures["nodes_failed"]:
         yield "nodes whose algorithm failed", f"{figures['nodes_failed']} of {figures['nodes']}"
     yield "simulated time", _seconds(figures["simulated_s"])
@@ -88,6 +100,10 @@ def _number(value: float | None) -> str:
 
 def _seconds(time_s: float | None) -> str:
     return "-" if time_s is None else f"{time_s:.4g} s"
+
+
+def _counted(total: int, parts: Mapping[str, int]) -> str:
+    return f"{total:,} ({_counts(parts)})" if total else "0"
 
 
 def _counts(counts: Mapping[str, int]) -> str:

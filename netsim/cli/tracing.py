@@ -6,7 +6,7 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from netsim.cli.console import out
+from netsim.cli.console import say, show
 from netsim.cli.replay import trace_file
 from netsim.trace.fingerprint import fingerprint
 from netsim.trace.reader import is_complete, read_raw, trace_metadata
@@ -26,9 +26,9 @@ def info_command(given: Path) -> None:
     table.add_column("events", justify="right")
     for topic, count in sorted(counts.items()):
         table.add_row(topic, f"{count:,}")
-    out.print(table)
+    show(table)
     for key, value in sorted(trace_metadata(trace).items()):
-        out.print(f"{key}: {value}", markup=False)
-    out.print(f"last event: {end_ns / NS_PER_S:g} s")
-    out.print(f"complete: {'yes' if is_complete(trace) else 'no, the end is missing'}")
-    out.print(f"fingerprint: {fingerprint(trace)}")
+        say(f"{key}: {value}")
+    say(f"last event: {end_ns / NS_PER_S:g} s")
+    say(f"complete: {'yes' if is_complete(trace) else 'no, the end is missing'}")
+    say(f"fingerprint: {fingerprint(trace)}")

@@ -40,6 +40,9 @@ class Energy:
             "energy_most_node": None if most is None else self._names.get(most, str(most)),
             "energy_most_j": None if most is None else by_node[most],
             "deaths": len(self._deaths),
+            "death_by_node_s": {
+                self._names.get(node, str(node)): at_ns / NS_PER_S for node, at_ns in sorted(self._deaths.items())
+            },
             "first_death_s": min(self._deaths.values()) / NS_PER_S if self._deaths else None,
         }
 

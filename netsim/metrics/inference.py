@@ -15,6 +15,7 @@ from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.metrics.marginals import exact_marginals_of
 from netsim.trace.events import Association, GraphMessages, Marginals, Problem, TruthOrigins, VariablePlacement
 from netsim.trace.recorder import Handler
+from netsim.units import NS_PER_S
 
 Decisions = Mapping[int, np.ndarray[Any, Any]]
 
@@ -28,30 +29,41 @@ class GraphTraffic:
     def __init__(self) -> None:
         self._hosts: set[int] = set()
         self._sent: defaultdict[int, int] = defaultdict(int)
-        self._remote: defaultdict[int, int] = defaultdict(int)
-        self._computed: defaultdict[int, int] = defaultdict(int)
+        self._remote = 0
+        self._computed = 0
         self._change: defaultdict[int, float] = defaultdict(float)
+        self._synchronous = True
+        self._last_news_ns = 0
+        self._late: list[int] = []
 
     def handlers(self) -> Mapping[type[Any], Handler]:
         """See `Observer.handlers`."""
-        return {GraphMessages: self._on_messages}
+        return {GraphMessages: self._on_messages, VariablePlacement: self._on_placement}
 
     def figures(self) -> dict[str, Any]:
-        """The metrics; `per_sensor` divides by the nodes that host variables."""
+        """The metrics; `per_sensor` divides by the nodes that host variables. Rounds only where they are synchronous."""
         if not self._sent:
             return {}
-        total, nodes = sum(self._sent.values()), len(self._hosts)
+        total = sum(self._sent.values())
+        figures = {
+            "graph_messages": total,
+            "graph_messages_per_sensor": total / len(self._hosts),
+            "graph_messages_over_air": self._remote,
+            "graph_messages_computed": self._computed,
+            "last_news_s": self._last_news_ns / NS_PER_S,
+        }
+        return figures | (self._by_round() if self._synchronous else {})
+
+    def _by_round(self) -> dict[str, Any]:
         quiet = self._quiet_round()
         until = sum(count for number, count in self._sent.items() if quiet is None or number <= quiet)
         return {
-            "graph_messages": total,
-            "graph_messages_per_sensor": total / nodes,
-            "graph_messages_over_air": sum(self._remote.values()),
-            "graph_messages_computed": sum(self._computed.values()),
             "graph_messages_by_round": [self._sent[number] for number in range(max(self._sent) + 1)],
             "rounds": max(self._sent),
             "converged_round": quiet,
-            "graph_messages_until_convergence_per_sensor": until / nodes,
+            "graph_messages_until_convergence_per_sensor": until / len(self._hosts),
+            "rounds_begun_late": len(self._late),
+            "round_lateness_max_s": max(self._late, default=0) / NS_PER_S,
         }
 
     def _quiet_round(self) -> int | None:
@@ -63,12 +75,19 @@ class GraphTraffic:
         quiet = max(active, default=0) + 1
         return quiet if quiet <= last else None
 
-    def _on_messages(self, event: GraphMessages, _: int) -> None:
-        self._hosts.add(event.node)
+    def _on_placement(self, event: VariablePlacement, _: int) -> None:
+        self._hosts = set(map(int, event.host))
+
+    def _on_messages(self, event: GraphMessages, now_ns: int) -> None:
+        self._synchronous = self._synchronous and bool(event.is_synchronous)
         self._sent[event.round] += len(event.source)
-        self._remote[event.round] += int(sum(event.remote))
-        self._computed[event.round] += event.computed
+        self._remote += int(sum(event.remote))
+        self._computed += event.computed
         self._change[event.round] = max(self._change[event.round], event.largest_change)
+        if event.late_ns > 0:
+            self._late.append(event.late_ns)
+        if len(event.source) and event.largest_change > SETTLED:
+            self._last_news_ns = now_ns
 
 
 class AssociationError:
@@ -112,9 +131,16 @@ class AssociationError:
         }
 
     def _by_round(self) -> list[float | None]:
+        """The error after each round; a node that stopped deciding is taken at its last word."""
         numbers = sorted({number for rounds in self._decisions.values() for number in rounds})
         return [
-            self._error({node: rounds[number] for node, rounds in self._decisions.items() if number in rounds})
+            self._error(
+                {
+                    node: rounds[max(said)]
+                    for node, rounds in self._decisions.items()
+                    if (said := [other for other in rounds if other <= number])
+                }
+            )
             for number in numbers
         ]
 
@@ -194,4 +220,5 @@ def _kl(exact: np.ndarray[Any, Any], belief: np.ndarray[Any, Any]) -> float:
     """Kullback-Leibler divergence of a belief from the exact marginal, in nats."""
     some = exact > 0
     with np.errstate(divide="ignore"):
-        return float(np.sum(exact[some] * (np.log(exact[some]) - np.log(belief[some]))))
+        divergence = np.sum(exact[some] * (np.log(exact[some]) - np.log(belief[some])))
+        return max(0.0, float(divergence))  # rounding can make it a little negative

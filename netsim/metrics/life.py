@@ -9,11 +9,11 @@ from netsim.units import NS_PER_S
 
 
 class Life:
-    """Counts nodes by what became of them."""
+    """Counts nodes by what ended their algorithm; one whose battery ran empty after that counts by the first."""
 
     def __init__(self) -> None:
         self._nodes = 0
-        self._ended = {"finished": 0, "failed": 0, "died": 0}
+        self._ended: dict[int, str] = {}  # how each node's algorithm ended: the first that is said of it
         self._end_ns = 0
 
     def handlers(self) -> Mapping[type[Any], Handler]:
@@ -22,20 +22,21 @@ class Life:
 
     def figures(self) -> dict[str, Any]:
         """The metrics; units in the keys."""
+        ends = list(self._ended.values())
         return {
             "simulated_s": self._end_ns / NS_PER_S,
             "nodes": self._nodes,
-            "nodes_finished": self._ended["finished"],
-            "nodes_failed": self._ended["failed"],
-            "nodes_died": self._ended["died"],
+            "nodes_finished": ends.count("finished"),
+            "nodes_failed": ends.count("failed"),
+            "nodes_died": ends.count("died"),
         }
 
     def _on_nodes(self, event: NodeTable, _: int) -> None:
         self._nodes = len(event.node)
 
     def _on_life(self, event: NodeLife, _: int) -> None:
-        if event.event in self._ended:
-            self._ended[event.event] += 1
+        if event.event != "started":
+            self._ended.setdefault(event.node, event.event)
 
     def _on_end(self, _: EnergyLedger, now_ns: int) -> None:
         self._end_ns = now_ns

@@ -46,6 +46,7 @@ class Traffic:
             "message_payload_byte": sum(self._sent_byte.values()),
             "message_payload_by_kind_byte": dict(sorted(self._sent_byte.items())),
             "deliveries": delivered,
+            "unicasts_undelivered": self._unicast - self._delivered_unicast,
             "delivery_ratio_unicast": self._delivered_unicast / self._unicast if self._unicast else None,
             "drops_by_reason": dict(sorted(self._dropped.items())),
             "latency_mean_s": self._latency_ns / delivered / NS_PER_S if delivered else None,
@@ -55,8 +56,8 @@ class Traffic:
             "frames_retry": self._frames["retry"],
             "frames_ack": self._frames["ack"],
             "frames_by_kind": dict(sorted(self._air.items())),
-            "air_byte": sum(self._air_byte.values()),
-            "air_by_kind_byte": dict(sorted(self._air_byte.items())),
+            "frame_byte": sum(self._air_byte.values()),
+            "frame_by_kind_byte": dict(sorted(self._air_byte.items())),
             "airtime_s": sum(self._airtime_ns.values()) / NS_PER_S,
             "airtime_by_kind_s": {kind: time / NS_PER_S for kind, time in sorted(self._airtime_ns.items())},
         }

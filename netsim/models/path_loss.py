@@ -6,9 +6,10 @@ stream of j, so that a new node with the highest id changes no link of the other
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from annotated_types import Gt, Le
 from numpy.typing import NDArray
 
 from netsim.parameters import NonNegative, Positive, Probability, parameters
@@ -24,7 +25,7 @@ class LogDistanceParameters:
 
     type: Literal["log-distance"] = "log-distance"
     """Selects this medium."""
-    exponent: Positive = 3.0
+    exponent: Annotated[float, Gt(0), Le(10)] = 3.0
     """Path-loss exponent n: 2 in free space, 2 to 4 outdoors near the ground; 3 is the default of TOSSIM and ns-3."""
     reference_loss_db: float = 40.05
     """Loss at the reference distance; the default is free space at 2.40 GHz over 1 m, 20 log10(4 pi d f / c)."""
@@ -50,8 +51,8 @@ class IdealMediumParameters:
 
     type: Literal["ideal"] = "ideal"
     """Selects this medium."""
-    delay_s: NonNegative = 1e-3
-    """From the start of sending to reception."""
+    delay_s: NonNegative = 1e-4
+    """From the end of a frame's airtime to its reception."""
     range_m: Positive | None = None
     """How far a frame is heard; by default everywhere."""
     loss_probability: Probability = 0.0

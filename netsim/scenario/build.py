@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from netsim.api import Message
+from netsim.api import Algorithm, Message
 from netsim.errors import InvariantError, ScenarioError
 from netsim.models.path_loss import IdealMediumParameters
 from netsim.problems import association, graph
@@ -35,6 +35,7 @@ from netsim.sim.net.routes import OneHop, Routes, ShortestPathParameters, Shorte
 from netsim.sim.node import Identity, Node, Parts
 from netsim.sim.radio import Radio
 from netsim.sim.simulation import Member, Simulation
+from netsim.sim.tasks import place_of
 from netsim.trace.events import Event, FieldInfo, NodeTable
 from netsim.trace.events import Problem as ProblemEvent
 from netsim.trace.recorder import Observer, Recorder
@@ -75,7 +76,7 @@ def _problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -
     except ScenarioError as error:
         if error.findings:
             raise
-        finding = loaded.document.finding(("problem",), "a problem that the nodes can be given", str(error))
+        finding = loaded.document.finding(("problem",), str(error), "")
         raise ScenarioError([finding]) from error
 
 
@@ -133,6 +134,7 @@ class _Builder:
             s_to_ns(scenario.duration_s),
             self._opening(),
             s_to_ns(scenario.trace.energy_interval_s),
+            lambda: self._medium.is_quiet,
         )
         for place in self._places:
             simulation.add(self._member(place, simulation.node_ended))
@@ -190,7 +192,18 @@ class _Builder:
         nodes.append(Node(self._clock, self._identity(place), parts, self._recorder, on_end))
         handle = Handle(self._clock, node(), self._streams, self._recorder, self._ids)
         record: Any = self._scenario.algorithm if place.group.algorithm is None else place.group.algorithm
-        return Member(node(), handle, self._loaded.registry.entry_of(record).make(record))
+        return Member(node(), handle, self._algorithm(place, record))
+
+    def _algorithm(self, place: Place, record: Any) -> Algorithm:
+        """Make the algorithm of one node; a constructor of the user's that raises is a finding."""
+        try:
+            return self._loaded.registry.entry_of(record).make(record)
+        except Exception as error:
+            own = place.group.algorithm is not None
+            path = ("nodes", place.group_index, "algorithm") if own else ("algorithm",)
+            where = f" ({place_of(error)})" if place_of(error) else ""
+            text = f"the algorithm {record.type} cannot be made: {error!r}{where}"
+            raise ScenarioError([self._loaded.document.finding(path, text, "")]) from error
 
     def _identity(self, place: Place) -> Identity:
         problem = self._problem
@@ -238,16 +251,3 @@ class _Builder:
             busy = lambda: medium.is_busy(place.id)  # noqa: E731
             return CsmaMac(self._clock, radio, busy, uniforms.next, parameters, deliver)
         return IdealMac(self._clock, radio, deliver)
-
-
-def dry_run(loaded: LoadedScenario) -> Built:
-    """Build without running, for `netsim check`.
-
-    Raises:
-        ScenarioError: See `build`; also for an algorithm whose constructor refuses its parameters.
-    """
-    try:
-        return build(loaded)
-    except (ValueError, TypeError) as error:
-        message = f"{loaded.path}: the scenario cannot be built: {error}"
-        raise ScenarioError(message) from error

@@ -67,7 +67,7 @@ def _log_distance(places: Sequence[Place], medium: LogDistanceParameters, stream
     power_dbm = tx_power_dbm[links.source] + links.gain_db
     snr_db = power_dbm - medium.noise_dbm
     lock_db = np.array([place.radio.preamble_lock_sinr_db for place in places])
-    bits = 8 * max((place.radio.max_psdu_byte for place in places), default=0)
+    bits = 8 * (1 + max((place.radio.max_psdu_byte for place in places), default=0))  # the length octet too
     prr = np.asarray(frame_success_probability(10.0 ** (snr_db / 10.0), bits))
     return _air(
         places,

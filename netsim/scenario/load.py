@@ -1,5 +1,6 @@
 """From a scenario file to a checked `Scenario`, with every finding at once."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,11 +8,19 @@ from typing import Any
 
 from netsim.algorithms.registry import SHIPPED, Entry, load_own
 from netsim.errors import Finding, ScenarioError
+from netsim.models.path_loss import IdealMediumParameters
+from netsim.models.placement import GridPlacement, JitteredGridPlacement, PoissonDiskPlacement, UniformPlacement
 from netsim.problems.association import AssociationParameters, ListedTargets
 from netsim.reading import Document, Unknown, check_document, read_document
 from netsim.reading import Path as ValuePath
 from netsim.reading.remedies import nearest
 from netsim.scenario.schema import Scenario
+from netsim.sim.mac.csma import CsmaParameters
+
+MOST_NODES = 10_000
+MOST_NODES_WITHOUT_RANGE = 2_000
+MOST_ACK_DELAY_S = 1.5e-4
+"""Half of what the acknowledgement wait (54 symbols) leaves after turnaround (12) and acknowledgement (22), 2.4 GHz."""
 
 OPEN_PATHS = (("algorithm",), ("nodes", "*", "algorithm"))
 
@@ -111,9 +120,60 @@ def inspect(
 
 def _across(scenario: Scenario, document: Document, registry: Registry) -> Iterator[Finding]:
     """Findings that concern more than one value."""
+    yield from _file_name(scenario, document)
+    yield from _node_counts(scenario, document)
     yield from _group_names(scenario, document)
+    yield from _acknowledgements_in_time(scenario, document)
     yield from _problem_fits(scenario, document, registry)
     yield from _targets_in_field(scenario, document)
+
+
+def _file_name(scenario: Scenario, document: Document) -> Iterator[Finding]:
+    """The name becomes the name of a folder."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._ -]*", scenario.name):
+        yield document.finding(
+            ("name",), "letters, digits, spaces and . _ - (results go into a folder of this name)", repr(scenario.name)
+        )
+
+
+def _node_counts(scenario: Scenario, document: Document) -> Iterator[Finding]:
+    """Refuse what would only fill the memory; nodes from a CSV file are counted when it is read."""
+    total = 0
+    for index, group in enumerate(scenario.nodes):
+        placement = group.placement
+        if isinstance(placement, GridPlacement | JitteredGridPlacement):
+            total += placement.rows * placement.columns
+        elif isinstance(placement, UniformPlacement | PoissonDiskPlacement):
+            total += placement.count
+        if total > MOST_NODES:
+            yield document.finding(
+                ("nodes", index, "placement"),
+                f"at most {MOST_NODES} nodes in all",
+                f"{total}",
+                "make the field smaller",
+            )
+            return
+    medium = scenario.medium
+    if isinstance(medium, IdealMediumParameters) and medium.range_m is None and total > MOST_NODES_WITHOUT_RANGE:
+        yield document.finding(
+            ("medium",),
+            f"a range_m where there are more than {MOST_NODES_WITHOUT_RANGE} nodes",
+            f"{total} nodes that all hear each other",
+        )
+
+
+def _acknowledgements_in_time(scenario: Scenario, document: Document) -> Iterator[Finding]:
+    """An acknowledgement must be able to come back before its sender gives up waiting for it."""
+    medium, mac = scenario.medium, scenario.mac
+    if not isinstance(medium, IdealMediumParameters) or not isinstance(mac, CsmaParameters) or not mac.acknowledge:
+        return
+    if medium.delay_s > MOST_ACK_DELAY_S:
+        yield document.finding(
+            ("medium", "delay_s"),
+            f"at most {MOST_ACK_DELAY_S:g} s with a MAC that waits for acknowledgements",
+            f"{medium.delay_s:g}",
+            "lower it, or set `mac: {type: ideal}`",
+        )
 
 
 def _group_names(scenario: Scenario, document: Document) -> Iterator[Finding]:

@@ -14,7 +14,7 @@ from netsim.models.placement import positions
 from netsim.models.sensors import SensorDevice, sensor_device
 from netsim.reading import Path as ValuePath
 from netsim.rng import Streams
-from netsim.scenario.load import LoadedScenario
+from netsim.scenario.load import MOST_NODES, LoadedScenario
 from netsim.scenario.schema import BatteryParameters, CapacityBattery, DeviceBattery, NodeGroup
 
 
@@ -62,6 +62,10 @@ def places(loaded: LoadedScenario, streams: Streams) -> list[Place]:
             found += [(index, placed) for placed in _positions(loaded, group, streams)]
     findings += _twice(loaded, found)
     devices = [_devices(loaded, index, group, findings) for index, group in enumerate(loaded.scenario.nodes)]
+    findings += _foreign_radios(loaded, devices)
+    if not findings and len(found) > MOST_NODES:
+        message = f"{len(found)} nodes, and at most {MOST_NODES} can be simulated"
+        findings.append(loaded.document.finding(("nodes",), message, ""))
     if findings:
         raise ScenarioError(findings)
     return sorted(_numbered(loaded, found, devices), key=lambda place: place.id)
@@ -89,7 +93,7 @@ class _Collected:
         if error.findings:
             self._findings.extend(error.findings)
         else:
-            self._findings.append(self._loaded.document.finding(self._path, "a usable value", str(error)))
+            self._findings.append(self._loaded.document.finding(self._path, str(error), ""))
         return True
 
 
@@ -112,6 +116,24 @@ def _twice(loaded: LoadedScenario, found: Sequence[tuple[int, PlacedNode]]) -> I
                 "renumber the nodes of one of the files",
             )
         seen[placed.id] = index
+
+
+def _foreign_radios(loaded: LoadedScenario, devices: Sequence["_Devices | None"]) -> Iterator[Finding]:
+    """Radios of one medium must speak the same physical layer: whatever bit rate they hear, they would decode."""
+    first: RadioDevice | None = None
+    for index, device in enumerate(devices):
+        radio = device[0] if device is not None else None
+        first = first or radio
+        if radio is None or first is None:
+            continue
+        ours, theirs = ((each.bitrate_bps, each.phy_header_byte, each.symbol_ns) for each in (radio, first))
+        if ours != theirs:
+            yield loaded.document.finding(
+                ("nodes", index, "radio"),
+                f"a radio with the bit rate, header and symbol of {first.name} ({first.bitrate_bps} bit/s)",
+                f"{radio.name} ({radio.bitrate_bps} bit/s)",
+                "radios of different physical layers cannot share a medium: give all groups the same kind",
+            )
 
 
 _Devices = tuple[RadioDevice, CpuDevice, BatteryDevice, SensorDevice | None]

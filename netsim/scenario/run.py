@@ -15,18 +15,14 @@ from netsim.errors import NetsimError, ScenarioError, TraceError
 from netsim.metrics.collect import Metrics
 from netsim.reading import dump_yaml
 from netsim.scenario.build import build
+from netsim.scenario.folder import METRICS_FILE, RUN_FILE, SCENARIO_FILE, TRACE_FILE, copy_inputs, discard, write_file
+from netsim.scenario.inputs import Gathering
 from netsim.scenario.load import LoadedScenario
 from netsim.sim.clock import Clock
 from netsim.sim.simulation import Simulation
 from netsim.trace.events import EVENT_TYPES, EnergyLedger, Event
 from netsim.trace.recorder import Handler, Observer
-from netsim.trace.writer import Attachment, TraceWriter, partial_path
-
-TRACE_FILE = "trace.mcap"
-METRICS_FILE = "metrics.json"
-RUN_FILE = "run.json"
-SCENARIO_FILE = "scenario.yaml"
-FILES = (TRACE_FILE, METRICS_FILE, RUN_FILE, SCENARIO_FILE, partial_path(Path(TRACE_FILE)).name)
+from netsim.trace.writer import Attachment, TraceWriter
 
 Progress = Callable[[int, int], bool]
 """Called now and then with simulated time and horizon in nanoseconds; False ends the run, marked interrupted."""
@@ -66,34 +62,6 @@ class TraceObserver:
         return dict.fromkeys(EVENT_TYPES, self._writer.write)
 
 
-def new_folder(wanted: Path | None, name: str, force: bool) -> Path:
-    """Make the folder of a run.
-
-    Args:
-        wanted: Where the user wants it; None takes the first free of `runs/NAME`, `runs/NAME-2`, ...
-        name: The scenario's name.
-        force: Whether files of an earlier run in `wanted` may be replaced.
-
-    Raises:
-        ScenarioError: If it exists and holds something, or cannot be made.
-    """
-    folder = wanted or _first_free(Path("runs"), name)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            if not force:
-                message = (
-                    f"{folder} exists and is not empty: choose another --out, or replace the run there with --force"
-                )
-                raise ScenarioError(message)
-            for file in FILES:
-                (folder / file).unlink(missing_ok=True)
-    except OSError as error:
-        message = f"cannot write to {folder}: {error.strerror or error}; choose another folder with --out"
-        raise ScenarioError(message) from error
-    return folder
-
-
 def run(
     loaded: LoadedScenario,
     *,
@@ -119,29 +87,27 @@ def run(
         InvariantError: If the simulation broke one of its own laws.
     """
     begun_s = time.perf_counter()
+    portable, inputs = Gathering(loaded).gather()
+    resolved = dump_yaml(portable)
     metrics = Metrics()
-    resolved = dump_yaml(loaded.scenario)
     writer = _writer(loaded, folder, resolved) if trace and folder is not None else None
-    followers = [*metrics.observers, *observers, *([TraceObserver(writer)] if writer else [])]
     try:
+        followers = [*metrics.observers, *observers, *([TraceObserver(writer)] if writer else [])]
         simulation = build(loaded, followers, clock).simulation
         interrupted = _simulate(simulation, progress)
-        figures = {"scenario": loaded.scenario.name, "seed": loaded.scenario.seed, "interrupted": interrupted}
-        figures |= metrics.figures()
-        metrics_json = json.dumps(figures, indent=2, allow_nan=False) + "\n"
+        figures = _figures(loaded, metrics, interrupted)
         if writer is not None:
-            writer.attach(METRICS_FILE, "application/json", metrics_json.encode())
+            writer.attach(METRICS_FILE, "application/json", _json(figures).encode())
             writer.close()
-    except BaseException:
-        if writer is not None:
-            with suppress(TraceError):
-                writer.abort()
+    except BaseException as error:
+        _give_up(writer, folder, error)
         raise
     wall_s = time.perf_counter() - begun_s
     if folder is not None:
-        _write(folder / SCENARIO_FILE, resolved)
-        _write(folder / METRICS_FILE, metrics_json)
-        _write(folder / RUN_FILE, json.dumps(_circumstances(loaded, wall_s), indent=2) + "\n")
+        copy_inputs(folder, inputs)
+        write_file(folder / SCENARIO_FILE, resolved)
+        write_file(folder / METRICS_FILE, _json(figures))
+        write_file(folder / RUN_FILE, _json(_circumstances(loaded, wall_s)))
     return Result(
         metrics=figures,
         ledger=metrics.ledger,
@@ -151,6 +117,24 @@ def run(
         folder=folder,
         trace=writer.path if writer is not None else None,
     )
+
+
+def _give_up(writer: TraceWriter | None, folder: Path | None, error: BaseException) -> None:
+    """Close what was begun; where the scenario could not even be built, nothing is left behind."""
+    if writer is not None:
+        with suppress(TraceError):
+            writer.abort()
+    if folder is not None and isinstance(error, ScenarioError):
+        discard(folder)
+
+
+def _figures(loaded: LoadedScenario, metrics: Metrics, interrupted: bool) -> dict[str, Any]:
+    head = {"scenario": loaded.scenario.name, "seed": loaded.scenario.seed, "interrupted": interrupted}
+    return head | metrics.figures()
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
 def _simulate(simulation: Simulation, progress: Progress | None) -> bool:
@@ -180,17 +164,6 @@ def _writer(loaded: LoadedScenario, folder: Path, resolved: str) -> TraceWriter:
     return TraceWriter(folder / TRACE_FILE, metadata, [attachment])
 
 
-def _write(path: Path, text: str) -> None:
-    """Write a file as a whole or not at all."""
-    partial = path.with_name(path.name + ".partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        message = f"cannot write {path}: {error.strerror or error}"
-        raise TraceError(message) from error
-
-
 def _circumstances(loaded: LoadedScenario, wall_s: float) -> dict[str, Any]:
     """What differs between equal runs."""
     packages = ("simpy", "numpy", "scipy", "networkx", "mcap", "rerun-sdk", "pydantic")
@@ -202,11 +175,3 @@ def _circumstances(loaded: LoadedScenario, wall_s: float) -> dict[str, Any]:
         "package_versions": {name: version(name) for name in packages},
         "machine": {"system": platform.platform(), "processor": platform.machine()},
     }
-
-
-def _first_free(parent: Path, name: str) -> Path:
-    candidate, number = parent / name, 1
-    while candidate.exists():
-        number += 1
-        candidate = parent / f"{name}-{number}"
-    return candidate

@@ -5,7 +5,7 @@ Sections that belong to one part of netsim are declared beside that part's code;
 
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le, MinLen
+from annotated_types import MinLen
 
 from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters
 from netsim.models.placement import PlacementParameters
@@ -17,8 +17,6 @@ from netsim.problems.none import NoProblemParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
-
-SCHEMA_VERSION = 1
 
 MediumParameters = IdealMediumParameters | LogDistanceParameters
 MacParameters = IdealMacParameters | CsmaParameters
@@ -107,7 +105,7 @@ class Scenario:
 
     kind: Literal["scenario"]
     """What this file is."""
-    schema_version: Annotated[int, Ge(1), Le(SCHEMA_VERSION)]
+    schema_version: Literal[1]
     """Version of this format: 1."""
     name: Name
     """Short name; the run's folder is called after it."""

@@ -12,12 +12,14 @@ from netsim.rng import Streams
 from netsim.sim.clock import Clock
 from netsim.sim.node import Node
 from netsim.sim.tasks import RunningTask, SentMessage
-from netsim.trace.events import Event, Log
+from netsim.trace.events import AlgorithmRecord, Association, Estimate, Event, GraphMessages, Log, Marginals, Role
 from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
 T = TypeVar("T")
 INFO = 2
+RECORDABLE = (AlgorithmRecord, Association, Estimate, GraphMessages, Marginals, Role)
+"""What an algorithm may put into the trace besides log lines."""
 
 
 class Handle:
@@ -76,10 +78,10 @@ class Handle:
     ) -> SentMessage:
         """See `NodeHandle.send`."""
         if destination == self.id:
-            message = f"node {self.id} sent a {kind!r} message to itself: co-hosted variables need no air"
+            message = f"sent a {kind!r} message to itself: co-hosted variables need no air"
             raise AlgorithmError(message)
         if destination not in self._known_ids:
-            message = f"node {self.id} sent a {kind!r} message to node {destination}, which does not exist"
+            message = f"sent a {kind!r} message to node {destination}, which does not exist"
             raise AlgorithmError(message)
         return self._send(destination, kind, payload, causes)
 
@@ -122,7 +124,7 @@ class Handle:
     def sense(self) -> Op[Observation]:
         """See `NodeHandle.sense`."""
         if self._node.parts.sensor is None:
-            message = f"node {self.id} has no sensor to read: give its group one, or let another node sense"
+            message = "no sensor to read: give its group one, or let another node sense"
             raise AlgorithmError(message)
         yield from self._node.parts.sensor.sample()
         return Observation(self.now_ns, self._node.identity.observe())
@@ -143,6 +145,12 @@ class Handle:
 
     def record(self, event: Event) -> None:
         """See `NodeHandle.record`."""
+        if not isinstance(event, RECORDABLE):
+            message = f"an algorithm cannot record a {type(event).__name__}: that is the simulation's to say"
+            raise AlgorithmError(message)
+        if event.node != self.id:
+            message = f"recorded a {type(event).__name__} of node {event.node}: a node speaks for itself"
+            raise AlgorithmError(message)
         self._recorder.record(event)
 
     def log(self, text: str) -> None:
@@ -153,7 +161,7 @@ class Handle:
     def _received(self, op: Op[Message | None]) -> Op[Message | None]:
         message = yield from op
         if message is not None:
-            self._node.fresh.append(message.id)
+            self._node.note_received(message.id)
         return message
 
     def _whole(self, what: str, number: SupportsIndex) -> int:
@@ -161,24 +169,21 @@ class Handle:
         try:
             return operator.index(number)
         except TypeError as error:
-            message = (
-                f"node {self.id}: {what} takes a whole number, got {number!r}; round it, or use netsim.units.s_to_ns"
-            )
+            message = f"{what} takes a whole number, got {number!r}; round it, or use netsim.units.s_to_ns"
             raise AlgorithmError(message) from error
 
     def _not_negative(self, what: str, number: SupportsIndex) -> int:
         whole = self._whole(what, number)
         if whole < 0:
-            message = f"node {self.id}: {what} takes a number from 0, got {whole}"
+            message = f"{what} takes a number from 0, got {whole}"
             raise AlgorithmError(message)
         return whole
 
     def _send(self, destination: int, kind: str, payload: bytes, causes: Sequence[Message] | None) -> SentMessage:
         if not isinstance(payload, bytes):
-            message = f"node {self.id}: the payload of a {kind!r} message is {type(payload).__name__}, not bytes"
+            message = f"the payload of a {kind!r} message is {type(payload).__name__}, not bytes"
             raise AlgorithmError(message)
-        ids = self._node.fresh if causes is None else [message.id for message in causes]
+        ids = self._node.causes() if causes is None else [message.id for message in causes]
         ticket = SentMessage(self._clock)
-        ticket.message_id = self._node.parts.network.send(destination, kind, payload, list(ids), ticket.done)
-        self._node.fresh = []
+        ticket.message_id = self._node.parts.network.send(destination, kind, payload, ids, ticket.done)
         return ticket

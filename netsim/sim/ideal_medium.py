@@ -61,6 +61,7 @@ class IdealMedium:
         self._loss_probability = loss_probability
         self._log = log
         self._listeners: dict[int, Listener] = {}
+        self._under_way = 0
         self._nodes = {
             source: np.array([path.destination for path in links], np.int64) for source, links in paths.items()
         }
@@ -71,6 +72,11 @@ class IdealMedium:
     def join(self, radio: Radio, generator: UniformSource) -> None:
         """Let a radio take part; `generator` decides its losses."""
         self._listeners[radio.node] = Listener(radio, Uniforms(generator))
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing is on its way."""
+        return self._under_way == 0
 
     def is_busy(self, node: int) -> bool:
         """Clear channel assessment: the ideal channel is never busy."""
@@ -89,6 +95,7 @@ class IdealMedium:
             if listener.lock is None and listener.radio.is_listening:
                 listener.lock = transmission
                 listener.radio.locked()
+        self._under_way += 1
         self._clock.call_after(airtime_ns, lambda _: self._end(transmission))
         return transmission
 
@@ -128,6 +135,7 @@ class IdealMedium:
 
     def _decide(self, transmission: Transmission) -> None:
         """Settle every listener's outcome, record, then hand up what was decoded."""
+        self._under_way -= 1
         frame, heard = transmission.frame, transmission.receptions
         heard.outcome[:] = [self._outcome(self._listeners[node], transmission) for node in heard.node.tolist()]
         self._log.record(transmission)

@@ -7,7 +7,7 @@ nodes. Received powers are whole zeptowatts (1e-18 mW): their sums are exact, in
 
 import heapq
 import math
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from netsim.errors import ScenarioError
 from netsim.models.reception import log_bit_success_of
 from netsim.sim.air import (
     ASLEEP,
@@ -38,6 +39,11 @@ from netsim.units import NS_PER_S, mw_to_dbm
 
 ZW_PER_MW: Final = 1e18
 NEVER: Final = 1 << 62
+RECENTLY_ENDED: Final = 4096
+"""Ended transmissions remembered for channel assessment: far more than end anywhere within eight symbols."""
+CCA_SYMBOLS: Final = 8
+"""IEEE 802.15.4-2006 6.9.9."""
+MOST_RECEIVED_MW: Final = 1.0
 INTERFERED: Final = 1.0 - 1e-9
 
 Ints = NDArray[np.int64]
@@ -67,9 +73,14 @@ class Reach:
     near_dbm: Floats
     alone: Floats
 
+    def power_at(self, index: int) -> int:
+        """Received power at one node, in zeptowatts."""
+        place = int(np.searchsorted(self.index, index))
+        return int(self.power_zw[place]) if place < len(self.index) and self.index[place] == index else 0
+
 
 class Instant:
-    """Power of the signals that began, or ended, at the present instant."""
+    """Power of the signals that began at the present instant."""
 
     def __init__(self, size: int) -> None:
         self._power_zw = np.zeros(size, np.int64)
@@ -99,6 +110,7 @@ class Locks:
         transmission: Number of the transmission; 0 for none.
         start_ns: Its start.
         end_ns: Its end; kept after the reception is over, for channel assessment.
+        previous_end_ns: The end of the one before it.
         power_zw: Its received power.
         source: Array index of its sender.
         segment_ns: Start of the segment of constant interference not yet accounted for.
@@ -110,6 +122,7 @@ class Locks:
         self.transmission = np.zeros(size, np.int64)
         self.start_ns = np.full(size, -1, np.int64)
         self.end_ns = np.full(size, -1, np.int64)
+        self.previous_end_ns = np.full(size, -1, np.int64)
         self.power_zw = np.zeros(size, np.int64)
         self.source = np.zeros(size, np.int64)
         self.segment_ns = np.zeros(size, np.int64)
@@ -149,7 +162,7 @@ class SinrMedium:
         self._deaf_outcome = np.full(size, ASLEEP, np.int64)
         self._air_zw = np.zeros(size, np.int64)
         self._began = Instant(size)
-        self._ended = Instant(size)
+        self._ended: deque[tuple[int, Reach]] = deque(maxlen=RECENTLY_ENDED)
         self._locks = Locks(size)
         self._heard_ns: defaultdict[tuple[str, str], Ints] = defaultdict(lambda: np.zeros(size, np.int64))
         self._on_air: dict[int, Transmission] = {}
@@ -165,18 +178,27 @@ class SinrMedium:
         self._bits_per_ns[index] = device.bitrate_bps / NS_PER_S
         self._preamble_ns[index] = (device.phy_header_byte - 1) * 8 * NS_PER_S // device.bitrate_bps
 
-    def is_busy(self, node: int) -> bool:
-        """Clear channel assessment, mode 3 of IEEE 802.15.4-2006 6.9.9: energy above threshold or a carrier.
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing is on the air."""
+        return not self._on_air
 
-        What began at this very instant is not seen yet; what ended at this instant still is.
+    def is_busy(self, node: int) -> bool:
+        """Clear channel assessment over the last eight symbols, mode 3 of IEEE 802.15.4-2006 6.9.9.
+
+        Busy if a carrier was caught, or if the energy of all that was on the air within that time reaches the device's
+        threshold. What begins at this very instant is not seen yet.
         """
         now_ns, index = self._clock.now_ns, self._index[node]
         self._retire(now_ns)
-        locks = self._locks
-        if locks.start_ns[index] < now_ns <= locks.end_ns[index]:
+        device, locks = self._radio(index).device, self._locks
+        since_ns = now_ns - CCA_SYMBOLS * device.symbol_ns
+        if locks.start_ns[index] < now_ns and locks.end_ns[index] > since_ns:
             return True
-        energy_zw = self._air_zw[index] - self._began.at(now_ns)[index] + self._ended.at(now_ns)[index]
-        return mw_to_dbm((energy_zw + self._noise_zw) / ZW_PER_MW) >= self._radio(index).device.cca_threshold_dbm
+        if locks.previous_end_ns[index] > since_ns:
+            return True
+        energy_zw = int(self._air_zw[index] - self._began.at(now_ns)[index]) + self._ended_zw(index, since_ns)
+        return mw_to_dbm((energy_zw + self._noise_zw) / ZW_PER_MW) >= device.cca_threshold_dbm
 
     def begin(self, radio: Radio, frame: LinkFrame) -> Transmission:
         """See `Medium.begin`."""
@@ -248,6 +270,15 @@ class SinrMedium:
             alone=log_bit_success_of(near_zw / self._noise_zw),
         )
 
+    def _ended_zw(self, index: int, since_ns: int) -> int:
+        """Power at a node of the signals that ended after `since_ns`."""
+        total_zw = 0
+        for end_ns, reach in reversed(self._ended):
+            if end_ns <= since_ns:
+                break
+            total_zw += reach.power_at(index)
+        return total_zw
+
     def _radio(self, index: int) -> Radio:
         radio = self._radios[index]
         if radio is None:
@@ -304,6 +335,7 @@ class SinrMedium:
     def _displace(self, listeners: NDArray[np.intp]) -> None:
         for index in listeners.tolist():
             self._set_outcome(self._on_air[int(self._locks.transmission[index])], index, BUSY)
+        self._locks.end_ns[listeners] = self._locks.previous_end_ns[listeners]
 
     def _set_outcome(self, transmission: Transmission, index: int, outcome: int) -> None:
         near = self._reach[transmission.frame.source].near
@@ -313,6 +345,7 @@ class SinrMedium:
         listeners, locks = reach.near[locks_on], self._locks
         locks.transmission[listeners] = transmission.id
         locks.start_ns[listeners] = transmission.start_ns
+        locks.previous_end_ns[listeners] = locks.end_ns[listeners]
         locks.end_ns[listeners] = transmission.end_ns
         locks.power_zw[listeners] = reach.near_zw[locks_on]
         locks.source[listeners] = self._index[transmission.frame.source]
@@ -341,7 +374,7 @@ class SinrMedium:
         reach = self._reach[transmission.frame.source]
         self._close_segments(reach.index[locks.transmission[reach.index] != 0], now_ns)
         self._air_zw[reach.index] -= reach.power_zw
-        self._ended.add(now_ns, reach.index, reach.power_zw)
+        self._ended.append((now_ns, reach))
         self._conclude(transmission, reach, locks.transmission[reach.near] == transmission.id)
 
     def _conclude(self, transmission: Transmission, reach: Reach, locked: Mask) -> None:
@@ -384,4 +417,8 @@ class SinrMedium:
 
 
 def _zeptowatts(links: Sequence[Path]) -> Ints:
+    strongest = max((link.power_mw for link in links), default=0.0)
+    if strongest > MOST_RECEIVED_MW:
+        message = f"a node would receive {mw_to_dbm(strongest):.1f} dBm from another, more than any receiver stands: "
+        raise ScenarioError(message + "raise reference_loss_db or reference_distance_m, or lower tx_power_dbm")
     return np.array([round(link.power_mw * ZW_PER_MW) for link in links], np.int64)

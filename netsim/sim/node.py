@@ -13,7 +13,7 @@ from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.inbox import Inbox
 from netsim.sim.layers import LinkLayer, NetworkLayer, Transceiver
-from netsim.sim.tasks import RunningTask
+from netsim.sim.tasks import RunningTask, checked, place_of
 from netsim.trace.events import NodeLife
 from netsim.trace.recorder import Recorder
 
@@ -91,7 +91,6 @@ class Node:
         on_end: Called once when its algorithm is over, for whatever reason.
 
     Attributes:
-        fresh: Messages received since the last send: the causes of the next one.
         failure: What the algorithm raised, if it did.
     """
 
@@ -110,7 +109,8 @@ class Node:
         self._on_end = on_end
         self._tasks: list[RunningTask[Any]] = []
         self._main: RunningTask[None] | None = None
-        self.fresh: list[int] = []
+        self._received: list[int] = []
+        self._answered = False
         self.failure: NetsimError | None = None
         self._is_over = False
 
@@ -144,16 +144,28 @@ class Node:
         self.parts.stop()
 
     def deliver(self, message: Message) -> None:
-        """The network layer hands up a message."""
-        self.parts.inbox.deliver(message)
+        """The network layer hands up a message; after the algorithm's end nobody reads it."""
+        if not self._is_over:
+            self.parts.inbox.deliver(message)
+
+    def note_received(self, message_id: int) -> None:
+        """The algorithm took a message from its inbox. The first one after a send begins a new list of causes."""
+        if self._answered:
+            self._received, self._answered = [], False
+        self._received.append(message_id)
+
+    def causes(self) -> list[int]:
+        """What a message sent now answers: everything received between the sends before it and this one."""
+        self._answered = True
+        return list(self._received)
 
     def _guarded(self, algorithm: Algorithm, handle: NodeHandle) -> Op[None]:
         """Run the algorithm; what it raises ends it on this node, is recorded, and is kept for the report."""
         try:
-            yield from algorithm.run(handle)
+            yield from checked(algorithm.run(handle))
         except InvariantError:
             raise  # a defect of the simulator, not of the algorithm
-        except Exception as error:  # the boundary to the user's code: whatever it raises is its failure
+        except (Exception, SystemExit) as error:  # the boundary to the user's code: whatever it raises is its failure
             self._fail(error)
         else:
             self._recorder.record(NodeLife(self.identity.id, "finished", ""))
@@ -162,14 +174,16 @@ class Node:
     def _guarded_beside(self, op: Op[T]) -> Op[T]:
         """Run a spawned operation; what it raises ends the whole algorithm on this node."""
         try:
-            return (yield from op)
+            result: T = yield from checked(op)
         except InvariantError:
             raise
-        except Exception as error:  # the boundary to the user's code, as above
+        except (Exception, SystemExit) as error:  # the boundary to the user's code, as above
             self._fail(error)
             self._clock.call_after(0, self._end)
             yield self._clock.event()  # wait to be cancelled with the rest
             raise
+        else:
+            return result
 
     def _end(self, _: object) -> None:
         if self._main is not None:
@@ -183,16 +197,14 @@ class Node:
             self._is_over = True
             self._on_end(self)
 
-    def _fail(self, cause: Exception) -> None:
+    def _fail(self, cause: BaseException) -> None:
         """Keep and record the first failure; what goes wrong after it is its consequence."""
         if self.failure is None:
-            self.failure = cause if isinstance(cause, NetsimError) else self._wrapped(cause)
+            place = place_of(cause)
+            what = str(cause) if isinstance(cause, NetsimError) else f"the algorithm raised {cause!r}"
+            self.failure = AlgorithmError(f"{what} ({place})" if place else what)
+            self.failure.__cause__ = cause
             self._recorder.record(NodeLife(self.identity.id, "failed", str(self.failure)))
-
-    def _wrapped(self, cause: Exception) -> AlgorithmError:
-        error = AlgorithmError(f"the algorithm of node {self.identity.id} raised {cause!r}")
-        error.__cause__ = cause
-        return error
 
     def _cancel_tasks(self) -> None:
         tasks, self._tasks = self._tasks, []

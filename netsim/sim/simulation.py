@@ -3,9 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-import simpy
-
 from netsim.api import Algorithm, NodeHandle
+from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
 from netsim.sim.node import Node
 from netsim.trace.events import EnergyLedger, Event, NodeEnergy
@@ -13,6 +12,8 @@ from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
 STEPS_BETWEEN_LOOKS = 512
+STEPS_AT_ONE_INSTANT = 2_000_000
+"""More than this is an algorithm that waits without letting time pass."""
 Progress = Callable[[int], bool]
 """Called now and then with the simulated time in nanoseconds; False ends the run there."""
 
@@ -37,6 +38,7 @@ class Simulation:
         horizon_ns: The latest end.
         opening: Events that describe the run, recorded at time 0.
         energy_interval_ns: How often the nodes' energy is sampled, where somebody observes it.
+        air_is_quiet: Whether nothing is under way between the nodes.
     """
 
     def __init__(
@@ -46,12 +48,14 @@ class Simulation:
         horizon_ns: int,
         opening: Sequence[Event],
         energy_interval_ns: int,
+        air_is_quiet: Callable[[], bool] = lambda: True,
     ) -> None:
         self._clock = clock
         self._recorder = recorder
         self.horizon_ns = horizon_ns
         self._opening = opening
         self._energy_interval_ns = energy_interval_ns
+        self._air_is_quiet = air_is_quiet
         self._members: dict[int, Member] = {}
         self._active = 0
 
@@ -109,22 +113,27 @@ class Simulation:
 
     def _loop(self, progress: Progress) -> None:
         environment = self._clock.environment
-        countdown = STEPS_BETWEEN_LOOKS
+        step = 0
+        looked_ns, still_since_step = -1, 0
         while not self._is_over():
             if environment.peek() >= self.horizon_ns:
                 environment.run(until=self.horizon_ns)
                 break
             environment.step()
-            countdown -= 1
-            if countdown == 0:
-                countdown = STEPS_BETWEEN_LOOKS
-                if not progress(self._clock.now_ns):
+            step += 1
+            if step % STEPS_BETWEEN_LOOKS == 0:
+                now_ns = self._clock.now_ns
+                if now_ns != looked_ns:
+                    looked_ns, still_since_step = now_ns, step
+                elif step - still_since_step > STEPS_AT_ONE_INSTANT:
+                    raise AlgorithmError(_stands_still(now_ns))
+                if not progress(now_ns):
                     break
 
     def _is_over(self) -> bool:
         if self._active > 0:
             return False
-        return all(member.node.parts.is_quiet for member in self._members.values())
+        return self._air_is_quiet() and all(member.node.parts.is_quiet for member in self._members.values())
 
     def _sample_energy(self, _: object) -> None:
         self._record_energy()
@@ -141,6 +150,8 @@ class Simulation:
         )
 
 
-def new_clock() -> Clock:
-    """A clock at time 0."""
-    return Clock(simpy.Environment(initial_time=0))
+def _stands_still(now_ns: int) -> str:
+    return (
+        f"time stands still at {now_ns / NS_PER_S:g} s: an algorithm waits again and again without letting time pass, as "
+        "with pause(0) in a loop"
+    )

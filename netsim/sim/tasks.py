@@ -1,11 +1,14 @@
 """What an algorithm waits for: operations that run beside it, and the fate of what it sent."""
 
+import traceback
 from collections.abc import Generator
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from simpy.events import Event as SimEvent
 
 from netsim.api import Delivery, Op
+from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
 
 T = TypeVar("T")
@@ -62,6 +65,9 @@ class RunningTask(Generic[T]):
 
     def cancel(self) -> None:
         """See `Task.cancel`."""
+        if getattr(self._op, "gi_running", False):
+            message = "a task cannot cancel itself: let it return"
+            raise AlgorithmError(message)
         if not self.finished:
             self._op.close()
             self._result.set(None)
@@ -85,3 +91,36 @@ class SentMessage:
     def wait(self) -> Op[Delivery]:
         """See `Ticket.wait`."""
         return self._delivery.get()
+
+
+def checked(op: Any) -> Op[Any]:
+    """Run an operation of an algorithm, and refuse whatever it yields that is not something to wait for.
+
+    Raises:
+        AlgorithmError: For a function that is no generator, or a yielded value that is no event of the simulation.
+    """
+    if not isinstance(op, Generator):
+        message = f"run(node) gave {op!r}, not a generator: wait for something with `yield from`"
+        raise AlgorithmError(message)
+    value = None
+    try:
+        while True:
+            event = op.send(value)
+            if not isinstance(event, SimEvent):
+                what = "an operation" if isinstance(event, Generator) else repr(event)
+                message = f"yielded {what}: write `yield from`, as in `yield from node.pause(...)`"
+                raise AlgorithmError(message)
+            value = yield event
+    except StopIteration as stop:
+        return stop.value
+    finally:
+        op.close()
+
+
+def place_of(error: BaseException) -> str:
+    """Where an error was raised: the innermost line outside netsim, as `file.py, line 12`; empty if there is none."""
+    package = str(Path(__file__).resolve().parent.parent)
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if not frame.filename.startswith(package):
+            return f"{Path(frame.filename).name}, line {frame.lineno}"
+    return ""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from netsim.api import Algorithm, Message, Neighbour
-from netsim.errors import NetsimError
+from netsim.errors import AlgorithmError, NetsimError
 from netsim.models.devices import CpuDevice
 from netsim.rng import Streams
 from netsim.sim.clock import Clock
@@ -61,10 +61,13 @@ class TestRun:
         """This run, if every algorithm ended without raising.
 
         Raises:
-            NetsimError: What the algorithm of the lowest failed node raised, or which nodes had not ended.
+            AlgorithmError: What the algorithm of the lowest failed node raised.
+            NetsimError: Which nodes had not ended.
         """
         if self.failures:
-            raise self.failures[min(self.failures)]
+            first = min(self.failures)
+            message = f"node {first}: {self.failures[first]}"
+            raise AlgorithmError(message) from self.failures[first]
         if self.unfinished:
             message = f"the algorithm had not ended after {self.end_ns} ns on nodes {list(self.unfinished)}"
             raise NetsimError(message)

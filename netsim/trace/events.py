@@ -206,7 +206,8 @@ class MessageDropped:
     """Where it was given up."""
     kind: Text
     reason: Text
-    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `reassembly_timeout`, `radio_asleep`, `sender_died`."""
+    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`. After `no_ack` the message may
+    have arrived all the same. What waits at a node when it dies is lost without an event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,6 +272,10 @@ class GraphMessages:
     """How many messages were computed this round, sent or not."""
     largest_change: F64
     """Largest divergence between a computed message and the one it is compared with."""
+    is_synchronous: U8
+    """1 where `round` is the same instant on all nodes; 0 where it counts the node's own steps."""
+    late_ns: I64
+    """How much later than scheduled the node came to this round: its CPU was still busy with an earlier one."""
 
 
 @dataclass(frozen=True, slots=True)

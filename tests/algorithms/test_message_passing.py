@@ -182,3 +182,33 @@ def test_parameters_are_frozen() -> None:
 
     with pytest.raises(dataclasses.FrozenInstanceError):
         CsmpParameters().tolerance = 2.0  # type: ignore[misc]
+
+
+def test_a_late_old_message_does_not_replace_a_newer_one() -> None:
+    from netsim.algorithms.hosting import Hosting
+    from netsim.algorithms.message_passing import LAST_ROUND, Hosted
+    from netsim.kernels.communication import CommunicationRule
+    from netsim.kernels.pairwise_vertex import PairwiseVertex
+
+    vertex = PairwiseVertex(0, np.zeros(2), {1: np.zeros((2, 2))})
+    hosted = Hosted.of(Hosting((vertex,), {0: 0, 1: 1}), CommunicationRule())
+    for number, first in ((LAST_ROUND - 1, 1.0), (LAST_ROUND, 2.0), (0, 3.0), (LAST_ROUND, 4.0), (0, 5.0)):
+        assert hosted.accept((number, 1, 0, np.array([first, 0.0])))
+    assert hosted.incoming[0][1].tolist() == [5.0, 0.0]
+    assert not hosted.accept((1, 1, 0, np.zeros(3)))  # of another size
+
+
+def test_a_slow_processor_is_reported(scenarios: Path) -> None:
+    overrides = ["nodes.0.cpu=msp430", "algorithm.rounds=4", "duration_s=600"]
+    metrics = simulate(scenarios / "chen2006" / "association-csmp.yaml", overrides)[2].metrics
+    assert metrics["rounds_begun_late"] > 0
+    assert metrics["round_lateness_max_s"] > 1.0
+    quick = simulate(scenarios / "chen2006" / "association-csmp.yaml", ["algorithm.rounds=4"])[2].metrics
+    assert quick["rounds_begun_late"] == 0
+
+
+def test_asynchronous_runs_have_no_rounds(scenarios: Path) -> None:
+    path = scenarios / "graphs" / "grid-sum-product.yaml"
+    metrics = simulate(path, ["algorithm.schedule=asynchronous", *IDEAL])[2].metrics
+    assert "rounds" not in metrics
+    assert 0 < metrics["last_news_s"] < metrics["simulated_s"]

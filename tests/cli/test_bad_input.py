@@ -167,7 +167,7 @@ def test_not_a_trace(
     file.write_bytes(content)
     for arguments in (("replay", str(file), "--save", str(tmp_path / "r.rrd")), ("trace", "info", str(file))):
         status, _, errors = netsim(monkeypatch, capsys, *arguments)
-        assert status == 1
+        assert status == 2
         assert errors.startswith("error: ")
         assert len(errors.splitlines()) == 1
 
@@ -191,7 +191,7 @@ def test_full_disk_is_one_line(tmp_path: Path) -> None:
     out.mkdir()
     os.symlink("/dev/full", out / "trace.partial.mcap")
     command = [sys.executable, "-m", "netsim", "run", str(file), "--out", str(out), "--force"]
-    code = "import sys; from netsim.scenario import run; run.FILES = (); from netsim.cli import main; main()"
+    code = "from netsim.scenario import folder; folder._clear = lambda *_: None; from netsim.cli import main; main()"
     ended = subprocess.run([sys.executable, "-c", code, *command[3:]], capture_output=True, text=True, check=False)
     assert ended.returncode == 1
     assert ended.stderr.startswith("error: ")

@@ -68,7 +68,7 @@ def test_run_says_what_it_did(scenarios: Path, tmp_path: Path) -> None:
         "exact MAP",
         "graph messages per sensor",
         "frames",
-        "retries",
+        "data",
         "energy",
         "wall time",
     ):
@@ -173,7 +173,7 @@ def test_failing_algorithm_is_reported_and_the_others_go_on(tmp_path: Path) -> N
     )
     ended = command("run", "s.yaml", "--out", "out", cwd=tmp_path)
     assert ended.returncode == 1
-    assert ended.stderr == "error: node 1: the algorithm of node 1 raised ValueError('odd')\n"
+    assert ended.stderr == "error: node 1: the algorithm raised ValueError('odd') (faulty.py, line 5)\n"
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert (metrics["nodes_finished"], metrics["nodes_failed"], metrics["radio_messages"]) == (2, 1, 2)
 
@@ -197,3 +197,88 @@ def test_shipped_scenarios_are_valid_and_name_the_schema(path: Path) -> None:
     assert first.startswith("# yaml-language-server: $schema=")
     assert (path.parent / first.partition("=")[2]).resolve().is_file()
     assert command("check", str(path)).returncode == 0
+
+
+def test_a_run_carries_what_its_scenario_refers_to(tmp_path: Path) -> None:
+    """The resolved scenario runs again, and gives the same bytes, with nothing but the run's folder."""
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / "mine.csv").write_text("id,x_m,y_m\n5,1,1\n6,9,9\n")
+    (home / "chain.uai").write_text("MARKOV\n2\n2 2\n1\n2 0 1\n4\n 1 2 3 4\n")
+    (home / "talk.py").write_text(
+        "class Talk:\n    def run(self, node):\n        node.broadcast('hi', b'x')\n        yield from node.pause(1)\n"
+    )
+    (home / "s.yaml").write_text(
+        "kind: scenario\nschema_version: 1\nname: carried\nduration_s: 5\n"
+        "nodes:\n  - name: a\n    placement: {type: csv, file: mine.csv}\n    algorithm: {type: 'talk:Talk'}\n"
+        "problem: {type: factor-graph, graph: {type: file, path: chain.uai}}\nalgorithm: {type: sum-product, rounds: 2}\n"
+    )
+    assert command("run", "s.yaml", "--out", str(tmp_path / "first"), cwd=home).returncode == 0
+    for file in home.iterdir():
+        if file.is_file():
+            file.unlink()
+    again = command("run", str(tmp_path / "first" / "scenario.yaml"), "--out", str(tmp_path / "second"), cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    for name in ("trace.mcap", "metrics.json"):
+        assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
+
+
+def test_a_scenario_that_cannot_be_built_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(
+        "kind: scenario\nschema_version: 1\nname: bad\nnodes:\n  - name: n\n"
+        "    placement: {type: poisson-disk, count: 50, min_distance_m: 90}\nalgorithm: {type: neighbour-traffic}\n"
+    )
+    ended = command("run", "s.yaml", cwd=tmp_path)
+    assert ended.returncode == 2
+    assert list((tmp_path / "runs").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ("yield node.pause(1)", "yielded an operation: write `yield from`"),
+        ("yield 5", "yielded 5: write `yield from`"),
+        ("return None", "not a generator: wait for something with `yield from`"),
+        ("raise SystemExit(0)\n        yield", "the algorithm raised SystemExit(0)"),
+        ("yield from node.pause(0.5)", "pause takes a whole number, got 0.5"),
+        ("node.send(99, 'x', b'')\n        yield", "sent a 'x' message to node 99, which does not exist"),
+        ("node.send(node.id, 'x', b'')\n        yield", "to itself"),
+        ("node.broadcast('x', 'text')\n        yield", "is str, not bytes"),
+        (
+            "from netsim.trace.events import NodeLife\n        node.record(NodeLife(1, 'died', ''))\n        yield",
+            "an algorithm cannot record a NodeLife",
+        ),
+        (
+            "from netsim.trace.events import Role\n        node.record(Role(node.id + 1, 'leader', 1))\n        yield",
+            "a node speaks for itself",
+        ),
+    ],
+)
+def test_beginners_errors_are_told_with_their_line(body: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(f"class Mine:\n    def run(self, node):\n        {body}\n")
+    (tmp_path / "s.yaml").write_text(
+        "kind: scenario\nschema_version: 1\nname: mine\nnodes:\n  - name: n\n"
+        "    placement: {type: grid, rows: 1, columns: 2, spacing_m: 5}\nalgorithm: {type: 'mine:Mine'}\n"
+    )
+    ended = command("run", "s.yaml", "--out", "out", cwd=tmp_path)
+    assert ended.returncode == 1
+    assert told in ended.stderr
+    assert ended.stderr.startswith("error: node")
+    if "generator" not in told and "yielded" not in told:
+        assert "mine.py, line" in ended.stderr
+    assert (tmp_path / "out" / "metrics.json").exists()
+
+
+def test_time_that_stands_still_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from netsim.errors import AlgorithmError
+    from netsim.sim import simulation
+    from netsim.testing import run_algorithm
+
+    class Still:
+        def run(self, node: object) -> object:
+            while True:
+                yield from node.pause(0)  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(simulation, "STEPS_AT_ONE_INSTANT", 5_000)
+    with pytest.raises(AlgorithmError, match="time stands still at 0 s"):
+        run_algorithm(Still(), nodes=2)  # type: ignore[arg-type]

@@ -262,6 +262,18 @@ def test_energy_below_the_threshold_without_a_carrier_is_a_clear_channel():
         assert rig.medium.is_busy(9) is busy
 
 
+def test_energy_that_ended_within_the_assessment_counts():
+    """The listener is locked on a weak frame; the strong one it could not lock on ended 100 us before."""
+    rig = Rig({(0, 1): -100.0, (2, 1): -70.0})  # node 0 is too weak to be caught
+    rig.stations[1].radio.sleep()
+    rig.on_air(1 * MS, 2)
+    rig.at(1 * MS + 100 * US, rig.stations[1].radio.wake)  # too late to catch it
+    rig.run(1 * MS + AIR_NS + 100 * US)
+    assert rig.medium.is_busy(1)
+    rig.run(1 * MS + AIR_NS + 128 * US)
+    assert not rig.medium.is_busy(1)
+
+
 def test_a_carrier_below_the_threshold_is_busy():
     rig = Rig({(0, 1): -90.0})
     rig.on_air(1 * MS, 0)
@@ -269,11 +281,18 @@ def test_a_carrier_below_the_threshold_is_busy():
     assert rig.medium.is_busy(1)
 
 
-@pytest.mark.parametrize(("offset_ns", "busy"), [(0, False), (1, True), (AIR_NS, True), (AIR_NS + 1, False)])
-def test_a_channel_is_busy_after_the_beginning_until_the_end(offset_ns, busy):
+CCA_NS = 128 * US
+
+
+@pytest.mark.parametrize("power_dbm", [-60.0, -90.0])
+@pytest.mark.parametrize(
+    ("offset_ns", "busy"),
+    [(0, False), (1, True), (AIR_NS, True), (AIR_NS + CCA_NS - 1, True), (AIR_NS + CCA_NS, False)],
+)
+def test_a_channel_is_busy_if_anything_was_on_it_within_eight_symbols(offset_ns, busy, power_dbm):
     """Both ways of handling what happens at one instant: asking before and after the medium."""
     for asks_first in (True, False):
-        rig = Rig({(0, 1): -60.0})
+        rig = Rig({(0, 1): power_dbm})
         seen = []
 
         def ask(rig=rig, seen=seen):

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from itertools import groupby
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -122,3 +123,33 @@ def test_another_group_moves_no_position_no_shadowing_and_no_draw(tmp_path):
         {event.source: time_ns for time_ns, event in reversed(log) if isinstance(event, MessageSent)} for log in logs
     ]
     assert {node: firsts[1][node] for node in range(9)} == firsts[0]
+
+
+def test_frames_under_way_when_the_last_algorithm_ends_still_arrive(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "kind: scenario\nschema_version: 1\nname: last\nnodes:\n  - name: n\n"
+        "    placement: {type: grid, rows: 1, columns: 2, spacing_m: 5}\n"
+        "medium: {type: ideal, delay_s: 0.01}\nmac: {type: ideal}\n"
+        "algorithm: {type: neighbour-traffic, rounds: 1, period_s: 1e-3}\n"
+    )
+    events, _ = run(load(path))
+    delivered = [event for _, event in events if type(event).__name__ == "MessageDelivered"]
+    assert len(delivered) == 2
+
+
+def test_radios_of_two_physical_layers_cannot_share_a_medium(tmp_path):
+    import netsim.models.device_tables as tables
+    from netsim.errors import ScenarioError
+
+    source = tables.__file__.replace("device_tables.py", "data/radios/cc2420.yaml")
+    (tmp_path / "slow.yaml").write_text(Path(source).read_text().replace("value: 250000", "value: 125000"))
+    group = "  - name: {0}\n    radio: {1}\n    placement: {{type: grid, rows: 1, columns: 2, spacing_m: 5}}\n"
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "kind: scenario\nschema_version: 1\nname: mixed\nalgorithm: {type: neighbour-traffic}\nnodes:\n"
+        + group.format("a", "cc2420")
+        + group.format("b", "slow.yaml")
+    )
+    with pytest.raises(ScenarioError, match=r"nodes\[1\].radio: expected a radio with the bit rate"):
+        build(load(path))

@@ -201,5 +201,5 @@ def test_failures_and_unfinished_nodes_are_told():
         run.require_success()
     run = run_algorithm(Work, parameters=10, observe=lambda node: np.zeros(2))
     assert set(run.failures) == {0, 1}
-    with pytest.raises(AlgorithmError, match="node 0"):
+    with pytest.raises(AlgorithmError, match="node 0: the algorithm raised"):
         run.require_success()

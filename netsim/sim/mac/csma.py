@@ -15,12 +15,11 @@ from netsim.parameters import PositiveInt, parameters
 from netsim.sim.clock import Clock
 from netsim.sim.frames import LinkFrame
 from netsim.sim.mac.link import Deliver, Duplicates, LinkJob
+from netsim.sim.medium import CCA_SYMBOLS
 from netsim.sim.radio import Radio
 
 UNIT_BACKOFF_SYMBOLS = 20
 """aUnitBackoffPeriod, IEEE 802.15.4-2006 table 85."""
-CCA_SYMBOLS = 8
-"""IEEE 802.15.4-2006 6.9.9."""
 ACK_WAIT_SYMBOLS = 54
 """macAckWaitDuration at 2.4 GHz: unit back-off 20 + turnaround 12 + SHR 10 + 6 octets of 2 symbols (7.4.2)."""
 SIFS_SYMBOLS = 12
@@ -46,6 +45,12 @@ class CsmaParameters:
     """Frames that can wait; more are dropped as `queue_full`."""
     acknowledge: bool = True
     """Whether unicast frames ask for an acknowledgement."""
+
+    def __post_init__(self) -> None:
+        """Refuse exponents in the wrong order."""
+        if self.min_be > self.max_be:
+            message = "min_be of at most max_be"
+            raise ValueError(message)
 
 
 class CsmaMac:

@@ -171,6 +171,8 @@ class Network:
                 packet.chunk,
             )
             self._forward(onward, origin, lambda delivery: None)
+        else:
+            self._dropped(packet, origin, "hop_limit")
 
     def _forward(self, packet: Packet, origin: Origin, done: Callable[[Delivery], None]) -> None:
         hop = BROADCAST if packet.destination == BROADCAST else self._routes.next_hop(self._node, packet.destination)

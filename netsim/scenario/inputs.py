@@ -1,0 +1,82 @@
+"""Files that a scenario refers to, gathered so that its resolved form can be run again from the folder of the run."""
+
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from netsim.models.device_tables import Kind, shipped
+from netsim.models.placement import CsvPlacement
+from netsim.problems.graph import GraphFile, GraphParameters
+from netsim.scenario.load import LoadedScenario
+from netsim.scenario.schema import DeviceBattery, NodeGroup, Scenario
+
+INPUTS = "inputs"
+"""Subfolder of a run for the files its scenario refers to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A file to be copied.
+
+    Attributes:
+        source: Where it is.
+        name: Where it goes, relative to the run's folder.
+    """
+
+    source: Path
+    name: str
+
+
+class Gathering:
+    """Collects the files of one scenario and gives each the path of its copy."""
+
+    def __init__(self, loaded: LoadedScenario) -> None:
+        self._loaded = loaded
+        self._names: dict[Path, str] = {}
+
+    def gather(self) -> tuple[Scenario, list[Input]]:
+        """The scenario with the paths of the copies, and the files to be copied."""
+        scenario = self._loaded.scenario
+        portable = replace(
+            scenario,
+            nodes=tuple(self._group(group) for group in scenario.nodes),
+            problem=self._problem(scenario.problem),
+        )
+        inputs = [Input(source, name) for source, name in self._names.items()]
+        return portable, [*inputs, *self._modules()]
+
+    def _copied(self, path: str) -> str:
+        source = self._loaded.folder / path
+        if source not in self._names:
+            names = set(self._names.values())
+            name, number = f"{INPUTS}/{source.name}", 1
+            while name in names:
+                number += 1
+                name = f"{INPUTS}/{source.stem}-{number}{source.suffix}"
+            self._names[source] = name
+        return self._names[source]
+
+    def _device(self, kind: Kind, name: str) -> str:
+        return name if name in shipped(kind) else self._copied(name)
+
+    def _group(self, group: NodeGroup) -> NodeGroup:
+        placement, battery = group.placement, group.battery
+        if isinstance(placement, CsvPlacement):
+            placement = replace(placement, file=self._copied(placement.file))
+        if isinstance(battery, DeviceBattery):
+            battery = replace(battery, device=self._device("batteries", battery.device))
+        radio, cpu = self._device("radios", group.radio), self._device("cpus", group.cpu)
+        return replace(group, placement=placement, battery=battery, radio=radio, cpu=cpu)
+
+    def _problem(self, problem: Any) -> Any:
+        if isinstance(problem, GraphParameters) and isinstance(problem.graph, GraphFile):
+            return replace(problem, graph=replace(problem.graph, path=self._copied(problem.graph.path)))
+        return problem
+
+    def _modules(self) -> list[Input]:
+        """Single-file modules of the user's own algorithms; they must lie beside the scenario to be found."""
+        names = {name.partition(":")[0] for name in self._loaded.registry.found if ":" in name}
+        files = [getattr(sys.modules.get(name), "__file__", None) for name in sorted(names)]
+        paths = [Path(file) for file in files if file is not None]
+        return [Input(path, path.name) for path in paths if path.parent == self._loaded.folder.resolve()]
