@@ -49,6 +49,14 @@ def test_python_example_prints_error_and_energy(monkeypatch: pytest.MonkeyPatch)
     assert energy_j > 0.0
 
 
+def test_nothing_is_left_open_and_every_link_leads_somewhere() -> None:
+    text = README.read_text()
+    assert not re.findall(r"@[A-Z_]+@|TODO", text)
+    files = [link for link in re.findall(r"\]\(([^)]+)\)", text) if "://" not in link]
+    assert files
+    assert [link for link in files if not (ROOT / link).exists()] == []
+
+
 def test_commands_exist() -> None:
     commands = set(re.findall(r"^netsim ([a-z]+)", "\n".join(blocks("sh")), re.MULTILINE))
     help_text = subprocess.run(

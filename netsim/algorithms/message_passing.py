@@ -16,7 +16,7 @@ import numpy as np
 from annotated_types import Ge, Le, Lt
 
 from netsim.algorithms.hosting import Hosting, prepare
-from netsim.api import Message, NodeHandle, Op
+from netsim.api import Message, NodeHandle, Op, Ticket
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
 from netsim.kernels.factor_vertices import FactorVertex
@@ -53,8 +53,10 @@ class MessagePassingParameters:
     """How often a measurement is sent that was not acknowledged."""
     spread_s: NonNegative = 0.5
     """Each node sends at a random moment within this time after computing, so that not all speak at once."""
+    resend: Annotated[int, Ge(0), Le(10)] = 2
+    """How often a message that the link layer gave up is sent again, while its round lasts."""
     hold_s: Positive = 0.05
-    """Asynchronous: how long a node waits for more before it computes."""
+    """Asynchronous: how long a node waits for more before it computes; the longest wait before a message is sent again."""
     payload: FloatWidth = "float64"
     """Precision of numbers on the air."""
     damping: Damping = 0.0
@@ -273,8 +275,22 @@ class MessagePassing:
         if by_host:
             yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
             for host, entries in sorted(by_host.items()):
-                node.send(host, BELIEF, encode_entries(number, entries, self._parameters.payload))
+                payload = encode_entries(number, entries, self._parameters.payload)
+                node.spawn(self._post(node, host, payload, node.send(host, BELIEF, payload)))
         return any(outputs[source].largest_change > SETTLED for source, _, _ in local)
+
+    def _post(self, node: NodeHandle, host: int, payload: bytes, ticket: Ticket) -> Op[None]:
+        """See a message off: send it again if the link layer gives it up and its round is not over yet."""
+        last_ns = node.now_ns + s_to_ns(self._parameters.round_s - self._parameters.spread_s)
+        for _ in range(self._parameters.resend):
+            delivery = yield from ticket.wait()
+            if delivery.acknowledged:
+                return
+            wait_ns = int(node.rng("resend").random() * s_to_ns(self._parameters.hold_s))
+            if node.now_ns + wait_ns > last_ns:
+                return
+            yield from node.pause(wait_ns)
+            ticket = node.send(host, BELIEF, payload)
 
     def _collect(self, node: NodeHandle, hosted: Hosted, number: int | None) -> Op[None]:
         """Take everything that has arrived; what belongs to this round or a later one waits for its turn."""

@@ -190,4 +190,4 @@ def _events(text: str, file: str) -> Iterator[Any]:
         raise ScenarioError([Finding(file, line, "", "printable text", got, "remove the character")]) from error
     except Exception as error:  # malformed escapes, directives and characters reach us as various built-in errors
         remedy = "look for a control character, a malformed escape or a directive (`%`)"
-        raise ScenarioError([Finding(file, line, "", "YAML", f"{error}".split("\n")[0][:100], remedy)]) from error
+        raise ScenarioError([Finding(file, line, "", "YAML", "something that cannot be read", remedy)]) from error

@@ -30,7 +30,7 @@ from netsim.sim.mac.csma import CsmaMac, CsmaParameters
 from netsim.sim.mac.ideal import IdealMac
 from netsim.sim.mac.link import Mac
 from netsim.sim.medium import SinrMedium
-from netsim.sim.net.network import Network, Registry
+from netsim.sim.net.network import MessageBook, Network
 from netsim.sim.net.routes import OneHop, Routes, ShortestPathParameters, ShortestPaths
 from netsim.sim.node import Identity, Node, Parts
 from netsim.sim.radio import Radio
@@ -123,7 +123,7 @@ class _Builder:
         self._air = air_between(self._places, self._scenario.medium, self._streams)
         self._medium = self._make_medium(self._air)
         self._routes = self._make_routes(self._air)
-        self._registry = Registry()
+        self._book = MessageBook()
         self._ids = frozenset(place.id for place in self._places)
 
     def build(self) -> Built:
@@ -235,7 +235,7 @@ class _Builder:
         )
         self._medium.join(radio, self._streams.generator(f"node/{place.id}/reception"))
         packet_byte = place.radio.max_psdu_byte - MAC_OVERHEAD_BYTE
-        network = Network(clock, place.id, self._routes, self._registry, self._recorder, packet_byte, deliver)
+        network = Network(clock, place.id, self._routes, self._book, self._recorder, packet_byte, deliver)
         mac = self._make_mac(place, radio, network.on_packet)
         network.attach(mac)
         sensor = place.sensor

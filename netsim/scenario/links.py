@@ -11,7 +11,7 @@ from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters
 from netsim.models.reception import frame_success_probability
 from netsim.rng import Streams
 from netsim.scenario.places import Place, positions_m
-from netsim.sim.air import Path
+from netsim.sim.air import Link
 from netsim.trace.events import LinkTable
 from netsim.units import dbm_to_mw
 
@@ -34,7 +34,7 @@ class Air:
         noise_mw: Noise power; 0 on the ideal medium.
     """
 
-    paths: dict[int, list[Path]]
+    paths: dict[int, list[Link]]
     neighbours: dict[int, tuple[Neighbour, ...]]
     table: LinkTable
     noise_mw: float
@@ -94,7 +94,7 @@ def _air(
     ids = [place.id for place in places]
     where = positions_m(places)
     distance_m = np.hypot(*(where[source] - where[destination]).T)
-    paths: dict[int, list[Path]] = {number: [] for number in ids}
+    paths: dict[int, list[Link]] = {number: [] for number in ids}
     neighbours: dict[int, list[Neighbour]] = {number: [] for number in ids}
     rows = zip(
         source.tolist(),
@@ -106,7 +106,7 @@ def _air(
         strict=True,
     )
     for sender, listener, power, strong, ratio, distance in rows:
-        paths[ids[sender]].append(Path(ids[listener], power, strong))
+        paths[ids[sender]].append(Link(ids[listener], power, strong))
         if ratio >= LOWEST_PRR:
             neighbours[ids[sender]].append(Neighbour(ids[listener], distance, ratio))
     shown = prr >= LOWEST_PRR

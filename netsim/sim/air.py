@@ -45,7 +45,7 @@ class Uniforms:
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class Link:
     """The way from one node to another: received power, and whether it is strong enough to be decoded at all."""
 
     destination: int

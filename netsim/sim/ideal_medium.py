@@ -13,7 +13,7 @@ from netsim.sim.air import (
     OVERHEARD,
     RECEIVED,
     FrameLog,
-    Path,
+    Link,
     Uniforms,
     UniformSource,
     label_of,
@@ -50,7 +50,7 @@ class IdealMedium:
     def __init__(
         self,
         clock: Clock,
-        paths: Mapping[int, Sequence[Path]],
+        paths: Mapping[int, Sequence[Link]],
         delay_ns: int,
         loss_probability: float,
         log: FrameLog,

@@ -26,7 +26,7 @@ from netsim.sim.air import (
     RECEIVED,
     WEAK,
     FrameLog,
-    Path,
+    Link,
     Uniforms,
     UniformSource,
     label_of,
@@ -145,7 +145,7 @@ class SinrMedium:
         log: Where finished transmissions go.
     """
 
-    def __init__(self, clock: Clock, paths: Mapping[int, Sequence[Path]], noise_mw: float, log: FrameLog) -> None:
+    def __init__(self, clock: Clock, paths: Mapping[int, Sequence[Link]], noise_mw: float, log: FrameLog) -> None:
         size = len(paths)
         self._clock = clock
         self._log = log
@@ -257,7 +257,7 @@ class SinrMedium:
                 self._radio(index).heard(label, kind, int(times_ns[index]))
                 times_ns[index] = 0
 
-    def _reach_of(self, links: Sequence[Path]) -> Reach:
+    def _reach_of(self, links: Sequence[Link]) -> Reach:
         near = [link for link in links if link.decodable]
         near_zw = _zeptowatts(near)
         return Reach(
@@ -416,7 +416,7 @@ class SinrMedium:
         self._heard_ns["overhear", kind][quiet[~mine]] += time_ns
 
 
-def _zeptowatts(links: Sequence[Path]) -> Ints:
+def _zeptowatts(links: Sequence[Link]) -> Ints:
     strongest = max((link.power_mw for link in links), default=0.0)
     if strongest > MOST_RECEIVED_MW:
         message = f"a node would receive {mw_to_dbm(strongest):.1f} dBm from another, more than any receiver stands: "

@@ -438,7 +438,7 @@ SYNTAX = [
     (
         'a: "\\UFFFFFFFF"\n',
         [
-            "s.yaml:1: expected YAML, got Python int too large to convert to C int; look for a control "
+            "s.yaml:1: expected YAML, got something that cannot be read; look for a control "
             "character, a malformed escape or a directive (`%`)",
         ],
     ),

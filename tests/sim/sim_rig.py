@@ -1,12 +1,12 @@
 """Radios, MACs and a medium wired by hand, with every random number given: for tests of single layers."""
 
 from dataclasses import dataclass
-from pathlib import Path as FileSystemPath
+from pathlib import Path
 
 import numpy as np
 
 from netsim.models.device_tables import load_radio
-from netsim.sim.air import FrameLog, Path
+from netsim.sim.air import FrameLog, Link
 from netsim.sim.clock import Clock
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.frames import LinkFrame
@@ -94,13 +94,13 @@ class Rig:
         self.log = Log()
         self.received = []
         self.delivered = []
-        self.device = load_radio("cc2420", FileSystemPath())
+        self.device = load_radio("cc2420", Path())
         recorder = Recorder(lambda: self.clock.now_ns, [self.log])
         nodes = sorted({node for pair in received_dbm for node in pair})
         paths = {node: [] for node in nodes}
         floor_dbm = NOISE_DBM + self.device.preamble_lock_sinr_db
         for (source, destination), power_dbm in sorted(received_dbm.items()):
-            paths[source].append(Path(destination, dbm_to_mw(power_dbm), power_dbm >= floor_dbm))
+            paths[source].append(Link(destination, dbm_to_mw(power_dbm), power_dbm >= floor_dbm))
         frame_log = FrameLog(recorder, True)
         make = medium or (lambda clock, paths, log: SinrMedium(clock, paths, dbm_to_mw(NOISE_DBM), log))
         self.medium = make(self.clock, paths, frame_log)

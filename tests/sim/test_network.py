@@ -10,7 +10,7 @@ from scenarios_for_tests import run, small
 from netsim.api import Delivery, Neighbour
 from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
-from netsim.sim.net.network import REASSEMBLY_TIMEOUT_NS, Network, Registry
+from netsim.sim.net.network import REASSEMBLY_TIMEOUT_NS, MessageBook, Network
 from netsim.sim.net.packet import HEADER_BYTE, KindTable, Packet
 from netsim.sim.net.routes import OneHop, ShortestPathParameters, ShortestPaths
 from netsim.trace.events import BROADCAST, EVENT_TYPES, Frame, MessageDelivered, MessageDropped, MessageSent
@@ -46,7 +46,7 @@ class Net:
         self.clock, self.rule, self.events, self.delivered = Clock(), rule, [], []
         self.near = {node: [n for n in (node - 1, node + 1) if 0 <= n < count] for node in range(count)}
         recorder = Recorder(lambda: self.clock.now_ns, [self])
-        registry = Registry()
+        registry = MessageBook()
         links = {node: [Neighbour(other, 1.0, 1.0) for other in near] for node, near in self.near.items()}
         routes = routes or ShortestPaths(links, ShortestPathParameters())
         self.networks = {

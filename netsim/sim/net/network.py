@@ -27,7 +27,7 @@ class Origin:
 
 
 @dataclass(slots=True)
-class Registry:
+class MessageBook:
     """Names of messages for the trace, kept apart from the packets: no node reads it to decide anything."""
 
     kinds: KindTable = field(default_factory=KindTable)
@@ -89,7 +89,7 @@ class Network:
         clock: Simulated time.
         node: This node's id.
         routes: Next hops.
-        registry: Message numbers for the trace.
+        book: Message numbers for the trace.
         recorder: Where message events go.
         packet_byte: Largest packet the MAC takes, header included.
         deliver: Called with each whole message for this node.
@@ -100,7 +100,7 @@ class Network:
         clock: Clock,
         node: int,
         routes: Routes,
-        registry: Registry,
+        book: MessageBook,
         recorder: Recorder,
         packet_byte: int,
         deliver: Callable[[Message], None],
@@ -108,7 +108,7 @@ class Network:
         self._clock = clock
         self._node = node
         self._routes = routes
-        self._registry = registry
+        self._book = book
         self._recorder = recorder
         self._chunk_byte = packet_byte - HEADER_BYTE
         self._deliver = deliver
@@ -141,11 +141,11 @@ class Network:
             message = f"a payload of {len(payload)} bytes needs {len(chunks)} fragments, more than {MAX_FRAGMENTS}"
             raise AlgorithmError(message)
         self._sequence = (self._sequence + 1) % 0x10000
-        origin = self._registry.register(self._node, self._sequence, kind, self._clock.now_ns)
+        origin = self._book.register(self._node, self._sequence, kind, self._clock.now_ns)
         self._recorder.record(
             MessageSent(origin.message_id, self._node, destination, kind, len(payload), len(chunks), causes)
         )
-        code = self._registry.kinds.code(kind)
+        code = self._book.kinds.code(kind)
         packets = [
             Packet(self._node, destination, self._sequence, code, 1, index, len(chunks), chunk)
             for index, chunk in enumerate(chunks)
@@ -156,7 +156,7 @@ class Network:
     def on_packet(self, data: bytes, _neighbour: int) -> None:
         """A packet arrived from a neighbour: for this node, or to be passed on."""
         packet = Packet.decode(data)
-        origin = self._registry.origins[packet.origin, packet.sequence]
+        origin = self._book.origins[packet.origin, packet.sequence]
         if packet.destination in (self._node, BROADCAST):
             self._collect(packet, origin)
         elif packet.hops < MAX_HOPS:
@@ -198,7 +198,7 @@ class Network:
             return
         del self._assemblies[key]
         payload = b"".join(assembly.chunks[index] for index in range(packet.count))
-        kind = self._registry.kinds.name(packet.kind_code)
+        kind = self._book.kinds.name(packet.kind_code)
         self._recorder.record(
             MessageDelivered(
                 origin.message_id,
@@ -217,7 +217,7 @@ class Network:
         for key, assembly in list(self._assemblies.items()):
             if now_ns - assembly.begun_ns > REASSEMBLY_TIMEOUT_NS:
                 del self._assemblies[key]
-                origin = self._registry.origins[key]
+                origin = self._book.origins[key]
                 self._recorder.record(
                     MessageDropped(origin.message_id, key[0], self._node, self._node, origin.kind, "reassembly_timeout")
                 )
