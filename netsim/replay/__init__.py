@@ -3,24 +3,40 @@
 Rerun takes a second to import, so it is imported when one of these functions is called, not before.
 """
 
+import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from netsim.errors import NetsimError, TraceError
+from netsim.errors import NetsimError, ScenarioError, TraceError
+from netsim.replay.check import check_window, node_ids
 from netsim.replay.options import ReplayOptions
 
-__all__ = ["ReplayOptions", "save", "screenshot", "serve", "view"]
+__all__ = [
+    "ReplayOptions",
+    "check_window",
+    "node_ids",
+    "save",
+    "screenshot",
+    "screenshots",
+    "serve",
+    "view",
+]
 
 _SIZE = (1400, 900)
+_RECORDING_MAGIC = b"RRF"
+# Rerun logs by itself; that a trace was cut short is told by our reader already.
+os.environ.setdefault("RUST_LOG", "warn,re_mcap=error")
 
 
 def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None = None) -> None:
     """Convert a trace into a Rerun recording (`.rrd`) with its layout inside.
 
     Raises:
+        ScenarioError: If the trace has not what the options ask for (see `check_window`).
         TraceError: If the trace cannot be read, is damaged or names no nodes, or the recording cannot be written.
     """
+    check_window(trace, options or ReplayOptions())
     from netsim.replay.convert import save_recording
 
     try:
@@ -34,6 +50,7 @@ def view(trace: Path | str, options: ReplayOptions | None = None) -> None:
     """Show a trace on the screen; returns when the viewer is closed.
 
     Raises:
+        ScenarioError: If the trace has not what the options ask for.
         TraceError: If the trace cannot be read, is damaged or names no nodes.
         NetsimError: If the viewer fails, for instance without a screen.
     """
@@ -54,6 +71,7 @@ def serve(
         announce: Called with the address to open.
 
     Raises:
+        ScenarioError: If the trace has not what the options ask for.
         TraceError: If the trace cannot be read, is damaged or names no nodes.
         NetsimError: If the server fails.
     """
@@ -78,31 +96,85 @@ def screenshot(
         png: Where to put the picture.
         at_s: The instant, simulated seconds.
         options: What to show.
-        size: Width and height of the window in points (the picture may have more pixels).
+        size: Width and height of the picture in points (it may have more pixels).
 
     Returns:
         What the views complained of; empty if all is well.
 
     Raises:
+        ScenarioError: If the picture's name does not end in `.png`, or the trace has not what the options ask for.
         TraceError: If the trace cannot be read, is damaged or names no nodes.
         NetsimError: If there is no Vulkan driver to draw with, the viewer fails, or the picture cannot be written.
     """
-    from netsim.replay.viewer import picture
+    return screenshots(trace, [(png, at_s)], options, size=size)
 
+
+def screenshots(
+    trace: Path | str,
+    pictures: Sequence[tuple[Path | str, float]],
+    options: ReplayOptions | None = None,
+    *,
+    size: tuple[int, int] = _SIZE,
+) -> list[str]:
+    """Draw several instants of a trace, converting it once; see `screenshot`.
+
+    Args:
+        trace: The trace, or a recording (`.rrd`) made of it.
+        pictures: Where to put each picture, and its instant, simulated seconds.
+        options: What to show.
+        size: Width and height of the pictures in points.
+
+    Returns:
+        What the views complained of, each complaint once; empty if all is well.
+    """
+    _check_pictures(pictures)
+    from netsim.replay.viewer import draw
+
+    reports: list[str] = []
     with tempfile.TemporaryDirectory(prefix="netsim-replay-") as folder:
-        image, reports = picture(_saved(Path(trace), Path(folder), options), at_s, size)
+        recording = _saved(Path(trace), Path(folder), options)
+        drawn = draw(recording, [at_s for _, at_s in pictures], size)
+        for (png, _), (image, complaints) in zip(pictures, drawn, strict=True):
+            _write(Path(png), image)
+            reports += [complaint for complaint in complaints if complaint not in reports]
+    return reports
+
+
+def _check_pictures(pictures: Sequence[tuple[Path | str, float]]) -> None:
+    for png, at_s in pictures:
+        if Path(png).suffix.lower() != ".png":
+            msg = f"{png}: expected the name of a picture that ends in .png"
+            raise ScenarioError(msg)
+        if not 0 <= at_s < float("inf"):
+            msg = f"{png}: expected an instant >= 0 s, got {at_s:g} s"
+            raise ScenarioError(msg)
+
+
+def _write(png: Path, image: bytes) -> None:
     try:
-        Path(png).write_bytes(image)
+        png.write_bytes(image)
     except OSError as error:
         msg = f"{png}: cannot write the picture: {error.strerror}"
         raise NetsimError(msg) from error
-    return reports
 
 
 def _saved(source: Path, folder: Path, options: ReplayOptions | None) -> Path:
     """The recording of a trace in a folder, or the source itself if it is a recording."""
     if source.suffix == ".rrd":
+        _check_recording(source)
         return source
     rrd = folder / f"{source.stem}.rrd"
     save(source, rrd, options)
     return rrd
+
+
+def _check_recording(rrd: Path) -> None:
+    try:
+        with rrd.open("rb") as stream:
+            begin = stream.read(len(_RECORDING_MAGIC))
+    except OSError as error:
+        msg = f"{rrd}: cannot read the recording: {error.strerror}"
+        raise TraceError(msg) from error
+    if begin != _RECORDING_MAGIC:
+        msg = f"{rrd}: not a Rerun recording, though its name ends in .rrd"
+        raise TraceError(msg)

@@ -1,40 +1,58 @@
 """How the replay is laid out: the map on the left; curves, radio time line and log on the right."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import rerun as rr
 import rerun.blueprint as rrb
 
 from netsim.replay import style
+from netsim.replay.energy import EnergyPlot
 from netsim.replay.options import Pace
-from netsim.replay.scene import Scene
 from netsim.replay.track import TIMELINE
 from netsim.units import NS_PER_S
 
 _RADIO_WINDOW_S = 0.25
-_LEGEND_LINES = 8
+_MOST_LANES = 7
+# Heights in points, for a window of the usual height: a radio view shows whole lanes only.
+_RIGHT_SIDE = 816.0
+_LANE = 39.5
+_LANES_FRAME = 33.0
+_LOG = 190.0
+
+Ranges = tuple[tuple[float, float], tuple[float, float]]
 
 
-def make_blueprint(
-    scene: Scene, pace: Pace, present: Collection[str], on_battery: bool, energy_curves: int
-) -> rrb.Blueprint:
+@dataclass(frozen=True)
+class Contents:
+    """What there is to lay out.
+
+    Attributes:
+        present: First three parts of the entity paths that have data, such as `/plots/messages` or `/log`.
+        energy: How to show the energy.
+        lanes: Entities of the radio time line, the most important first.
+        bounds: Ranges of x and y of the map.
+    """
+
+    present: Collection[str]
+    energy: EnergyPlot
+    lanes: Sequence[str]
+    bounds: Ranges
+
+
+def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
     """The layout for what a trace has.
 
     Args:
-        scene: The still parts, for the bounds of the map.
-        pace: Playback speed.
-        present: First two parts of the entity paths that have data, such as `/plots/energy` or `/log`.
-        on_battery: Whether the energy curves are of energy left.
-        energy_curves: How many there are.
+        contents: What there is.
+        pace: Window and playback speed.
     """
-    right = [
-        view
-        for view in (_curves(present, on_battery, energy_curves, pace), *_radio(present), *_log(present))
-        if view is not None
-    ]
-    shares = [3, 3, 2][: len(right)]
-    layout = _map(scene) if not right else rrb.Horizontal(
-        _map(scene), rrb.Vertical(*right, row_shares=shares), column_shares=[3, 2]
+    views = (_curves(contents, pace), _radio(contents.lanes), _log(contents.present))
+    right = [(view, share) for view, share in zip(views, _shares(contents), strict=True) if view is not None]
+    layout = _map(contents.bounds) if not right else rrb.Horizontal(
+        _map(contents.bounds),
+        rrb.Vertical(*(view for view, _ in right), row_shares=[share for _, share in right]),
+        column_shares=[3, 2],
     )  # fmt: skip
     time_panel = rrb.TimePanel(
         state="collapsed", timeline=TIMELINE, playback_speed=pace.speed, play_state="paused", loop_mode="off"
@@ -43,8 +61,15 @@ def make_blueprint(
     return rrb.Blueprint(layout, *panels, time_panel, auto_layout=False, auto_views=False)
 
 
-def _map(scene: Scene) -> rrb.Spatial2DView:
-    (left, right), (top, bottom) = scene.bounds()
+def _shares(contents: Contents) -> tuple[float, float, float]:
+    """Heights of curves, radio time line and log."""
+    lanes = _LANES_FRAME + _LANE * min(_MOST_LANES, len(contents.lanes)) if contents.lanes else 0.0
+    log = _LOG if lanes else 0.4 * _RIGHT_SIDE
+    return _RIGHT_SIDE - lanes - log, lanes, log
+
+
+def _map(bounds: Ranges) -> rrb.Spatial2DView:
+    (left, right), (top, bottom) = bounds
     return rrb.Spatial2DView(
         origin="/map",
         contents="/map/**",
@@ -54,13 +79,11 @@ def _map(scene: Scene) -> rrb.Spatial2DView:
     )
 
 
-def _curves(present: Collection[str], on_battery: bool, curves: int, pace: Pace) -> rrb.Tabs | None:
+def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
+    energy = contents.energy
+    corner = rrb.Corner2D.LeftBottom if energy.falling else rrb.Corner2D.LeftTop
     known = (
-        (
-            "/plots/energy",
-            "Energy left (J)" if on_battery else "Energy used (J)",
-            *_energy_legend(on_battery, curves),
-        ),
+        (energy.origin, energy.name, corner, energy.legend),
         ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),
         ("/plots/senders", "Senders per round", rrb.Corner2D.RightTop, True),
         ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
@@ -75,29 +98,33 @@ def _curves(present: Collection[str], on_battery: bool, curves: int, pace: Pace)
             origin=origin, name=name, plot_legend=rrb.PlotLegend(corner=corner, visible=legend), axis_x=whole
         )
         for origin, name, corner, legend in known
-        if origin in present
+        if origin in contents.present
     ]
     return rrb.Tabs(*views, active_tab=0) if views else None
 
 
-def _energy_legend(on_battery: bool, curves: int) -> tuple[rrb.Corner2D, bool]:
-    """Where the legend hides least, and whether it fits at all."""
-    return (rrb.Corner2D.LeftBottom if on_battery else rrb.Corner2D.LeftTop), curves <= _LEGEND_LINES
+def _radio(lanes: Sequence[str]) -> rrb.StateTimelineView | rrb.Tabs | None:
+    """The busiest nodes' lanes as far as they fit; all of them in a tab behind."""
+    if not lanes:
+        return None
+    window = f"\u00b1 {_RADIO_WINDOW_S:g} s"
+    if len(lanes) <= _MOST_LANES:
+        return _lanes("/radio/**", f"Radio (cursor {window})")
+    busiest = _lanes(list(lanes[:_MOST_LANES]), f"Radio of the {_MOST_LANES} busiest nodes (cursor {window})")
+    return rrb.Tabs(busiest, _lanes("/radio/**", f"All {len(lanes)}"), active_tab=0)
 
 
-def _radio(present: Collection[str]) -> list[rrb.StateTimelineView]:
-    if not any(path.startswith("/radio") for path in present):
-        return []
+def _lanes(contents: str | list[str], name: str) -> rrb.StateTimelineView:
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.cursor_relative(seconds=-_RADIO_WINDOW_S),
         end=rr.TimeRangeBoundary.cursor_relative(seconds=_RADIO_WINDOW_S),
     )
-    name = f"Radio (cursor \u00b1 {_RADIO_WINDOW_S:g} s)"
-    return [rrb.StateTimelineView(origin="/radio", name=name, time_view=rrb.TimeAxis(view_range=window))]
+    axis = rrb.TimeAxis(view_range=window)
+    return rrb.StateTimelineView(origin="/radio", contents=contents, name=name, time_view=axis)
 
 
-def _log(present: Collection[str]) -> list[rrb.TextLogView]:
+def _log(present: Collection[str]) -> rrb.TextLogView | None:
     if "/log" not in present:
-        return []
+        return None
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
-    return [rrb.TextLogView(origin="/log", name="Log", columns=columns)]
+    return rrb.TextLogView(origin="/log", name="Log", columns=columns)

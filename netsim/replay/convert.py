@@ -7,12 +7,15 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import Chunk
 
-from netsim.replay.blueprint import make_blueprint
+from netsim.replay.blueprint import Contents, make_blueprint
+from netsim.replay.energy import EnergyTrack
 from netsim.replay.frames import FrameTrack
 from netsim.replay.lanes import LaneTrack
+from netsim.replay.legend import legend_chunks, marks, rows_of
+from netsim.replay.links import LinkTrack
 from netsim.replay.marks import DeathTrack, EstimateTrack, NodeColourTrack, TargetTrack
 from netsim.replay.options import Pace, ReplayOptions, decide
-from netsim.replay.plots import AccuracyTrack, EnergyTrack, RateTrack, RoundTrack
+from netsim.replay.plots import AccuracyTrack, RateTrack, RoundTrack
 from netsim.replay.scene import Scene, load_scene, scene_chunks
 from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
@@ -34,14 +37,21 @@ class Conversion:
         self.scene: Scene = load_scene(trace)
         last_ns = last_time_ns(trace)
         self.pace: Pace = decide(options, last_ns)
-        self._energy, self._tracks = _tracks(self.scene, self.pace, options, _drained(trace, self.scene, last_ns))
+        drained = _drained(trace, self.scene, last_ns)
+        self._setting = _setting(self.scene, self.pace, options, drained)
+        self._energy = EnergyTrack(self._setting)
+        self._lanes = LaneTrack(self._setting) if self._setting.shown.sum() <= options.detail_nodes else None
+        self._tracks = [*_tracks(self._setting), self._energy, *([self._lanes] if self._lanes else [])]
         self._present: set[str] = set()
 
     def run(self, recording: rr.RecordingStream) -> None:
-        """Send everything, the layout last, when it is known what there is to show."""
+        """Send everything, legend and layout last, when it is known what there is to show."""
         rr.send_chunks(self._noted(), recording=recording)
-        blueprint = make_blueprint(self.scene, self.pace, self._present, self._energy.on_battery, self._energy.curves)
-        recording.send_blueprint(blueprint)
+        legend = rows_of(marks(self.scene, self._setting.kinds.names, self._present))
+        rr.send_chunks(legend_chunks(self.scene, legend), recording=recording)
+        lanes = self._lanes.busiest() if self._lanes else []
+        contents = Contents(self._present, self._energy.plot(), lanes, self.scene.bounds(len(legend)))
+        recording.send_blueprint(make_blueprint(contents, self.pace))
 
     def _noted(self) -> Iterator[Chunk]:
         for chunk in self._chunks():
@@ -107,13 +117,12 @@ def _drained(trace: Path, scene: Scene, last_ns: int) -> bool:
     return fraction <= 1.0 - _WORTH_A_PLOT
 
 
-def _tracks(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) -> tuple[EnergyTrack, list[Track]]:
+def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) -> Setting:
     ids = np.asarray(scene.nodes.node)
     shown = np.ones(len(ids), bool) if options.nodes is None else np.isin(ids, list(options.nodes))
-    setting = Setting(scene, pace, options, Kinds(options.kinds), shown, drained)
-    energy = EnergyTrack(setting)
-    tracks: list[Track] = [make(setting) for make in (FrameTrack, RateTrack, NodeColourTrack, DeathTrack)]
-    tracks += [make(setting) for make in (TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
-    if shown.sum() <= options.detail_nodes:
-        tracks.append(LaneTrack(setting))
-    return energy, [*tracks, energy]
+    return Setting(scene, pace, options, Kinds(options.kinds), shown, drained)
+
+
+def _tracks(setting: Setting) -> list[Track]:
+    tracks: list[Track] = [make(setting) for make in (LinkTrack, FrameTrack, RateTrack, NodeColourTrack, DeathTrack)]
+    return tracks + [make(setting) for make in (TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]

@@ -9,20 +9,31 @@ from rerun.chunk import Chunk
 
 from netsim.replay import style
 from netsim.replay.flights import NO_FLIGHTS, Air, Flights, Rows
-from netsim.replay.scene import Scene, legend, static
+from netsim.replay.scene import Scene, static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, entity, timed
 from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame
 
-_LOST, _COLLIDED, _ACKS, _FIRST_KIND = range(4)
-_FIXED_LAYERS = ("/map/losses/lost", "/map/losses/collided", "/map/acks")
+_LOST, _COLLIDED, _LOST_ACKS, _ACKS, _FIRST_KIND = range(5)
+_FIXED_LAYERS = ("/map/losses/lost", "/map/losses/collided", "/map/losses/acks", "/map/acks")
 _UNHEARD = len(OUTCOMES)
 _REASONS = np.array([name.replace("_", " ") for name in OUTCOMES] + ["out of reach"])
 _EXPECTED_PRR = 0.5  # a broadcast is missed, not merely unheard, over links at least this good
 _LOSS_REACH = 0.6  # lost frames stop on the way
-_WIDTHS = {_LOST: -1.6, _COLLIDED: -2.2, _ACKS: -1.0}
-_KIND_WIDTH = -2.4
+_WIDTHS = {
+    _LOST: style.LOST_WIDTH,
+    _COLLIDED: style.COLLIDED_WIDTH,
+    _LOST_ACKS: style.ACK_WIDTH,
+    _ACKS: style.ACK_WIDTH,
+}
+_COLOURS = {
+    _LOST: style.LOST,
+    _COLLIDED: style.COLLIDED,
+    _LOST_ACKS: style.LOST,
+    _ACKS: style.ACKNOWLEDGEMENT,
+}
 _CROWDED = 0.5
+_MOST_REASONS = 8  # of more losses at once the reasons are seen by pointing only
 
 
 class FrameTrack:
@@ -52,10 +63,6 @@ class FrameTrack:
         pace = self._setting.pace
         for rows in self._air.advance(NO_FLIGHTS, pace.end_ns + pace.hold_ns + 2 * pace.tick_ns):
             yield from self._chunks(rows)
-        kinds = self._setting.kinds
-        names = [*kinds.names, "lost", "collided"]
-        colours = [*(kinds.colour(number) for number in range(len(kinds.names))), style.LOST, style.COLLIDED]
-        yield legend(self._setting.scene, names, colours)
 
     def _flights(self, batch: Batch) -> Flights:
         listener, lengths = batch.rows("rx_node")
@@ -81,9 +88,10 @@ class FrameTrack:
         """The layer of each flight; -1 for kinds that are not wanted."""
         codes, words = batch.words("kind")
         kind = self._setting.kinds.numbers(words)[codes]
-        layer = np.where(batch.numbers("is_ack") != 0, _ACKS, _FIRST_KIND + kind)[frame]
-        layer = np.where(outcome == OUTCOME_CODE["received"], layer, _LOST)
-        layer = np.where(outcome == OUTCOME_CODE["collided"], _COLLIDED, layer)
+        is_ack = batch.numbers("is_ack")[frame] != 0
+        lost = np.where(is_ack, _LOST_ACKS, np.where(outcome == OUTCOME_CODE["collided"], _COLLIDED, _LOST))
+        arrived = np.where(is_ack, _ACKS, _FIRST_KIND + kind[frame])
+        layer = np.where(outcome == OUTCOME_CODE["received"], arrived, lost)
         return np.where(kind[frame] >= 0, layer, -1)
 
     def _missed(
@@ -102,12 +110,19 @@ class FrameTrack:
         if rows.layer not in self._styled:
             self._styled.add(rows.layer)
             yield static(path, self._style(rows.layer))
+            if rows.layer == _LOST:
+                look = rr.Points2D.from_fields(
+                    colors=[style.LOST], radii=[0.0], show_labels=True, draw_order=style.ORDER["losses"]
+                )
+                yield static(f"{path}/reasons", look)
         origins, vectors = _shafts(self._setting.scene, rows)
         columns = rr.Arrows2D.columns(origins=origins, vectors=vectors).partition(rows.lengths)
         parts = list(columns)
         if rows.layer in (_LOST, _COLLIDED):
             parts += rr.Arrows2D.columns(labels=list(_REASONS[rows.flights.outcome])).partition(rows.lengths)
         yield timed(path, rows.time_ns, parts)
+        if rows.layer == _LOST and self._setting.scene.roomy:
+            yield _reasons(rows, origins + vectors)
 
     def _entity(self, layer: int) -> str:
         if layer < _FIRST_KIND:
@@ -115,16 +130,25 @@ class FrameTrack:
         return entity("map", "messages", self._setting.kinds.names[layer - _FIRST_KIND])
 
     def _style(self, layer: int) -> rr.Arrows2D:
-        fixed = {_LOST: style.LOST, _COLLIDED: style.COLLIDED, _ACKS: style.ACKNOWLEDGEMENT}
-        colour = fixed.get(layer) or self._setting.kinds.colour(layer - _FIRST_KIND)
-        roomy = self._setting.scene.roomy
-        order = {_LOST: "losses", _COLLIDED: "losses", _ACKS: "acks"}.get(layer, "messages")
+        colour = _COLOURS.get(layer) or self._setting.kinds.colour(layer - _FIRST_KIND)
+        order = "messages" if layer >= _FIRST_KIND else "acks" if layer in (_ACKS, _LOST_ACKS) else "losses"
         return rr.Arrows2D.from_fields(
             colors=[colour],
-            radii=[_WIDTHS.get(layer, _KIND_WIDTH) * (1.0 if roomy else _CROWDED)],
+            radii=[_WIDTHS.get(layer, style.KIND_WIDTH) * (1.0 if self._setting.scene.roomy else _CROWDED)],
             draw_order=style.ORDER[order],
-            show_labels=roomy and layer in (_LOST, _COLLIDED),
+            show_labels=False,
         )
+
+
+def _reasons(rows: Rows, heads: NDArray[np.float64]) -> Chunk:
+    """Why frames were lost, where their arrows end: one label a sender and row, none where there would be many."""
+    row = np.repeat(np.arange(len(rows.lengths)), rows.lengths)
+    senders = int(rows.flights.tail.max(initial=0)) + 1
+    first = np.sort(np.unique(row * senders + rows.flights.tail, return_index=True)[1])
+    first = first[(np.bincount(row[first], minlength=len(rows.lengths)) <= _MOST_REASONS)[row[first]]]
+    labels = rr.Points2D.columns(positions=heads[first], labels=list(_REASONS[rows.flights.outcome[first]]))
+    lengths = np.bincount(row[first], minlength=len(rows.lengths))
+    return timed(f"{_FIXED_LAYERS[_LOST]}/reasons", rows.time_ns, labels.partition(lengths))
 
 
 def _good_links(scene: Scene) -> NDArray[np.int64]:
@@ -144,5 +168,5 @@ def _shafts(scene: Scene, rows: Rows) -> tuple[NDArray[np.float64], NDArray[np.f
     unit = way / distance
     gap = np.minimum(1.3 * scene.radius_m, 0.3 * distance)
     aside = 0.3 * scene.radius_m * np.column_stack([-unit[:, 1], unit[:, 0]])
-    reach = rows.reach * (_LOSS_REACH if rows.layer in (_LOST, _COLLIDED) else 1.0)
+    reach = rows.reach * (_LOSS_REACH if rows.layer < _ACKS else 1.0)
     return origin + unit * gap + aside, unit * (distance - 2 * gap) * reach[:, None]

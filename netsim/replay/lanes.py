@@ -30,6 +30,13 @@ class LaneTrack:
         self._setting = setting
         self._announced: list[Batch] = []
         self._begun = False
+        self._transmissions = np.zeros(len(setting.scene.place), np.int64)
+
+    def busiest(self) -> list[str]:
+        """The entities of all lanes, those of the nodes that transmitted most first."""
+        rows = np.flatnonzero(self._setting.shown)
+        order = rows[np.argsort(-self._transmissions[rows], kind="stable")]
+        return [self._entity(row) for row in order.tolist()]
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """Frames at once; announcements are kept for the end, so that they prevail over a frame that ends just then."""
@@ -39,6 +46,8 @@ class LaneTrack:
         if batch.topic == RadioState.topic:
             self._announced.append(batch)
         else:
+            row = self._setting.scene.rows(batch.numbers("source")[batch.time_ns >= self._setting.pace.start_ns])
+            self._transmissions += np.bincount(row[row >= 0], minlength=len(self._transmissions))
             yield from self._lanes(*_frame_states(batch))
 
     def finish(self) -> Iterator[Chunk]:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from netsim.replay import style
-from netsim.replay.scene import static
+from netsim.replay.links import lives
+from netsim.replay.scene import diamond, static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
 from netsim.trace.events import Estimate, NodeEnergy, NodeLife, TruthTargets
@@ -78,11 +79,10 @@ class DeathTrack:
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One row a death or return, of all that are dead."""
-        rows = self._scene.rows(batch.numbers("node")).tolist()
-        for time_ns, row, event in zip(batch.time_ns, rows, batch.texts("event"), strict=True):
-            if (event == "died") == (row in self._dead) or event not in ("died", "started"):
+        for time_ns, row, died in lives(batch, self._scene):
+            if died == (row in self._dead):
                 continue
-            self._dead = [*self._dead, row] if event == "died" else [other for other in self._dead if other != row]
+            self._dead = [*self._dead, row] if died else [other for other in self._dead if other != row]
             points = rr.Points2D(
                 self._scene.place[self._dead],
                 colors=[style.DEAD],
@@ -104,35 +104,38 @@ def _one_row(archetype: rr.AsComponents) -> list[rr.ComponentColumn]:
 
 
 class TargetTrack:
-    """The true targets."""
+    """The true targets: hollow diamonds, so that they are not taken for nodes and hide nothing."""
 
     topics = (TruthTargets.topic,)
     past = False
 
     def __init__(self, setting: Setting) -> None:
-        self._radius_m = 0.5 * setting.scene.radius_m
+        self._radius_m = 0.42 * setting.scene.radius_m
         self._begun = False
+        self._few = False
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One row of positions a sample."""
         target, lengths = batch.rows("target")
         if not self._begun:
             self._begun = True
-            look = rr.Points2D.from_fields(
-                colors=[style.TARGET], radii=[self._radius_m], draw_order=style.ORDER["targets"]
+            look = rr.LineStrips2D.from_fields(
+                colors=[style.TARGET], radii=[-0.8], show_labels=False, draw_order=style.ORDER["targets"]
             )
             yield static("/map/targets", look)
-            few = int(lengths.max()) <= _LABELLED_TARGETS
+            self._few = int(lengths.max()) <= _LABELLED_TARGETS
             names = rr.Points2D.from_fields(
-                colors=[style.LABEL], radii=[0.0], show_labels=few, draw_order=style.ORDER["targets"]
+                colors=[style.LABEL], radii=[0.0], show_labels=True, draw_order=style.ORDER["targets"]
             )
-            yield static("/map/targets/labels", names)
+            if self._few:
+                yield static("/map/targets/labels", names)
         positions = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
         labels = [f"target {number}" for number in target]
-        discs = rr.Points2D.columns(positions=positions)
-        yield timed("/map/targets", batch.time_ns, discs.partition(lengths))
-        labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 2.0 * self._radius_m]), labels=labels)
-        yield timed("/map/targets/labels", batch.time_ns, labelled.partition(lengths))
+        outlines = rr.LineStrips2D.columns(strips=list(diamond(positions, self._radius_m)), labels=labels)
+        yield timed("/map/targets", batch.time_ns, outlines.partition(lengths))
+        if self._few:
+            labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 2.0 * self._radius_m]), labels=labels)
+            yield timed("/map/targets/labels", batch.time_ns, labelled.partition(lengths))
 
     def finish(self) -> Iterator[Chunk]:
         """Nothing."""

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from netsim.errors import ScenarioError
+
 _REPLAY_WALL_S = 60.0  # a replay is paced to take about this long
 _SPEED_RANGE = (0.05, 2.0)
 _HOLD_S = 0.15  # long enough to see an arrow grow, short enough not to pile up
@@ -25,6 +27,9 @@ class ReplayOptions:
         kinds: Show frames of these message kinds only; None for all.
         nodes: Show frames from and to these nodes only, and their radios and batteries; None for all.
         detail_nodes: Above this many nodes energy is plotted as least, mean and most, and no radio time line is made.
+
+    Raises:
+        ScenarioError: If a number is not finite or a speed or duration is not positive.
     """
 
     start_s: float = 0.0
@@ -35,6 +40,16 @@ class ReplayOptions:
     kinds: frozenset[str] | None = None
     nodes: frozenset[int] | None = None
     detail_nodes: int = 50
+
+    def __post_init__(self) -> None:
+        for name, value in (("speed", self.speed), ("hold", self.hold_s), ("tick", self.tick_s)):
+            if value is not None and not 0 < value < math.inf:
+                msg = f"{name}: expected a finite number > 0, got {value:g}"
+                raise ScenarioError(msg)
+        for name, value in (("start", self.start_s), ("end", self.end_s)):
+            if value is not None and not math.isfinite(value):
+                msg = f"{name}: expected a finite number of seconds, got {value:g}"
+                raise ScenarioError(msg)
 
 
 @dataclass(frozen=True, kw_only=True)

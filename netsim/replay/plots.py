@@ -1,4 +1,4 @@
-"""Curves: energy, messages a second, graph messages a round, and how many decisions are right."""
+"""Curves: messages a second, graph messages a round, and how many decisions are right."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -12,62 +12,13 @@ from netsim.replay import style
 from netsim.replay.scene import static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, entity, scalars
-from netsim.trace.events import Association, GraphMessages, MessageSent, NodeEnergy, TruthOrigins
+from netsim.trace.events import Association, GraphMessages, MessageSent, TruthOrigins
 
 _ROUND_CURVES = {
     "variables that sent": style.MOST,
     "graph messages": style.MEAN,
     "graph messages over the air": style.KIND_COLOURS[0],
 }
-_SUMMARY = {"least": style.LEAST, "mean": style.MEAN, "most": style.MOST}
-
-
-class EnergyTrack:
-    """Energy left a node, or consumed where no battery is drained much; many nodes as least, mean and most."""
-
-    topics = (NodeEnergy.topic,)
-    past = False
-
-    def __init__(self, setting: Setting) -> None:
-        self._setting = setting
-        self._styled = False
-        battery = np.isfinite(np.asarray(setting.scene.nodes.battery_j)) & setting.shown
-        self.on_battery = setting.drained and bool(battery.any())
-        """Whether the curves are of energy left; else they are of energy consumed."""
-        self._plotted = battery if self.on_battery else setting.shown
-        many = int(self._plotted.sum()) > setting.options.detail_nodes
-        self.curves = len(_SUMMARY) if many else int(self._plotted.sum())
-        """How many curves there are."""
-        self._many = many
-
-    def take(self, batch: Batch) -> Iterator[Chunk]:
-        """The samples of a batch."""
-        node, lengths = batch.rows("node")
-        value_j, _ = batch.rows("left_j" if self.on_battery else "consumed_j")
-        sample = np.repeat(np.arange(len(lengths)), lengths)
-        row = self._setting.scene.rows(node)
-        table = np.full((len(lengths), len(self._plotted)), np.nan)
-        table[sample, row] = value_j
-        table = table[:, self._plotted]
-        if self._many:
-            yield from self._summary(batch.time_ns, table)
-            return
-        names = [name for name, plotted in zip(self._setting.scene.nodes.name, self._plotted, strict=True) if plotted]
-        for name, column in zip(names, table.T, strict=True):
-            sampled = ~np.isnan(column)
-            yield scalars(entity("plots", "energy", name), batch.time_ns[sampled], column[sampled])
-
-    def finish(self) -> Iterator[Chunk]:
-        """Nothing."""
-        yield from ()
-
-    def _summary(self, time_ns: NDArray[np.int64], table: NDArray[np.float64]) -> Iterator[Chunk]:
-        curves = (np.nanmin(table, axis=1), np.nanmean(table, axis=1), np.nanmax(table, axis=1))
-        for (name, colour), curve in zip(_SUMMARY.items(), curves, strict=True):
-            if not self._styled:
-                yield static(f"/plots/energy/{name}", rr.SeriesLines(colors=[colour], names=[name]))
-            yield scalars(f"/plots/energy/{name}", time_ns, curve)
-        self._styled = True
 
 
 class RateTrack:

@@ -3,7 +3,7 @@
 Coordinates on the map are metres with y negated, since 2-D views point y down.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,17 +13,32 @@ from numpy.typing import NDArray
 from rerun.chunk import Chunk
 from scipy.spatial import cKDTree
 
-from netsim.errors import TraceError
 from netsim.replay import style
+from netsim.replay.check import node_table
 from netsim.trace.events import FieldInfo, LinkTable, NodeTable, VariablePlacement
 from netsim.trace.reader import read_trace
 
-_STATIC_TOPICS = {event_type.topic for event_type in (NodeTable, LinkTable, FieldInfo, VariablePlacement)}
+_STATIC_TOPICS = {event_type.topic for event_type in (LinkTable, FieldInfo, VariablePlacement)}
 _MARGIN = 0.03
 _LABELLED_NODES = 100
-_LEGEND_HEIGHT = 0.04
+_LEGEND_ROW = 0.07  # of the map's extent, as is the size of a mark
+_LEGEND_MARK = 0.013
+_LEGEND_SHARE = 1.15  # height of a map with a legend to one without, about
+_LEGEND_WIDTH = 0.94
 _LABEL_DROP = 1.4
+_LABEL_HEIGHT = 0.03
 _VARIABLE_OFFSET = 1.5  # radii from the host, so that a variable is seen beside its node
+
+
+@dataclass(frozen=True)
+class LegendBox:
+    """Where the legend hangs, in the map's coordinates: its upper edge, the height of a row, the size of a mark."""
+
+    left_m: float
+    width_m: float
+    top_m: float
+    row_m: float
+    mark_m: float
 
 
 @dataclass(frozen=True)
@@ -58,13 +73,33 @@ class Scene:
         known = nodes < len(self.row_of)
         return np.where(known, self.row_of[np.where(known, nodes, 0)], -1)
 
-    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Ranges of x and y that show the whole map with a margin."""
+    def bounds(self, legend_rows: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Ranges of x and y that show the whole map and its legend with a margin."""
         low, high = _outline(self)
-        extent = float(max(high - low))
-        margin = _MARGIN * extent + (0.0 if self.field else 4 * self.radius_m)
-        bottom = high[1] + margin + _LEGEND_HEIGHT * extent
-        return (float(low[0] - margin), float(high[0] + margin)), (float(low[1] - margin), float(bottom))
+        box = self.legend_box()
+        margin = _MARGIN * self._extent_m() + (0.0 if self.field else 4 * self.radius_m)
+        left, right = min(low[0], box.left_m), max(high[0], box.left_m + box.width_m)
+        bottom = box.top_m + (legend_rows + 0.1) * box.row_m
+        return (float(left - margin), float(right + margin)), (float(low[1] - margin), float(bottom))
+
+    def legend_box(self) -> LegendBox:
+        """Where the legend hangs: below the field and the lowest node's label."""
+        low, high = _outline(self)
+        extent = self._extent_m()
+        width = max(float(high[0] - low[0]), _LEGEND_WIDTH * extent)
+        lowest = float(self.place[:, 1].max()) + _LABEL_DROP * self.radius_m + _LABEL_HEIGHT * extent
+        return LegendBox(
+            left_m=float(low[0] + high[0] - width) / 2,
+            width_m=width,
+            top_m=max(float(high[1]) + 0.5 * _MARGIN * extent, lowest),
+            row_m=_LEGEND_ROW * extent,
+            mark_m=_LEGEND_MARK * extent,
+        )
+
+    def _extent_m(self) -> float:
+        """The longer side of the map, legend included: what a nearly square view is filled with."""
+        low, high = _outline(self)
+        return float(max(high[0] - low[0], _LEGEND_SHARE * (high[1] - low[1]))) or 1.0
 
 
 def load_scene(path: Path) -> Scene:
@@ -74,10 +109,7 @@ def load_scene(path: Path) -> Scene:
         TraceError: If the trace names no nodes or cannot be read.
     """
     found = {type(event): event for _, event in read_trace(path, _STATIC_TOPICS, end_ns=1)}
-    nodes = found.get(NodeTable)
-    if not isinstance(nodes, NodeTable) or not len(nodes.node):
-        msg = f"{path}: the trace names no nodes, so there is nothing to show"
-        raise TraceError(msg)
+    nodes = node_table(path)
     place = np.column_stack([np.asarray(nodes.x_m), -np.asarray(nodes.y_m)])
     ids = np.asarray(nodes.node, np.int64)
     row_of = np.full(int(ids.max()) + 1, -1)
@@ -116,24 +148,14 @@ def _outline(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def scene_chunks(scene: Scene) -> Iterator[Chunk]:
     """The still parts as static data."""
     yield from _field_chunks(scene)
-    yield from _link_chunks(scene)
     yield from _model_chunks(scene)
     yield from _node_chunks(scene)
 
 
-def legend(scene: Scene, names: Sequence[str], colours: Sequence[style.Rgba]) -> Chunk:
-    """Names in their colours in a row below the map."""
-    (left, right), (_, bottom) = scene.bounds()
-    places = left + (right - left) * (np.arange(len(names)) + 0.5) / len(names)
-    drop = bottom - _LEGEND_HEIGHT * (right - left)
-    points = rr.Points2D(
-        np.column_stack([places, np.full(len(names), drop)]),
-        colors=list(colours),
-        radii=[0.0],
-        labels=list(names),
-        show_labels=True,
-    )
-    return static("/map/legend", points)
+def diamond(middles: NDArray[np.float64], half_m: float) -> NDArray[np.float64]:
+    """Closed outlines of squares that stand on a corner; shape (n, 5, 2)."""
+    corners = half_m * np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+    return np.asarray(middles[:, None] + corners)
 
 
 def static(entity: str, archetype: rr.AsComponents) -> Chunk:
@@ -153,23 +175,6 @@ def _field_chunks(scene: Scene) -> Iterator[Chunk]:
         mins=[low], sizes=[high - low], colors=[style.FIELD], radii=[-1.0], draw_order=style.ORDER["field"]
     )
     yield static("/map/field", outline)
-
-
-def _link_chunks(scene: Scene) -> Iterator[Chunk]:
-    """One line a pair, coloured by its worse direction."""
-    if scene.links is None or not len(scene.links.source):
-        return
-    a, b = scene.rows(np.asarray(scene.links.source)), scene.rows(np.asarray(scene.links.destination))
-    pairs, where = np.unique(np.sort(np.column_stack([a, b]), axis=1), axis=0, return_inverse=True)
-    prr = np.ones(len(pairs))
-    np.minimum.at(prr, where.ravel(), np.asarray(scene.links.prr, np.float64))
-    lines = rr.LineStrips2D(
-        list(scene.place[pairs]),
-        colors=style.prr_colours(prr, 2 * len(pairs) / len(scene.place)),
-        radii=[-0.5],
-        draw_order=style.ORDER["links"],
-    )
-    yield static("/map/links", lines)
 
 
 def _model_chunks(scene: Scene) -> Iterator[Chunk]:
@@ -232,7 +237,7 @@ def _node_chunks(scene: Scene) -> Iterator[Chunk]:
         scene.place + np.array([0.0, _LABEL_DROP * scene.radius_m]),
         colors=[style.LABEL],
         radii=[0.0],
-        labels=list(scene.nodes.name),
+        labels=[f"{name} (sink)" if sink else name for name, sink in zip(scene.nodes.name, sinks, strict=True)],
         show_labels=True,
         draw_order=style.ORDER["nodes"],
     )

@@ -24,12 +24,17 @@ KIND_COLOURS: tuple[Rgba, ...] = (
 )
 LOST: Rgba = (150, 155, 165, 255)
 COLLIDED: Rgba = (255, 66, 66, 255)
-ACKNOWLEDGEMENT: Rgba = (235, 240, 255, 110)
+ACKNOWLEDGEMENT: Rgba = (205, 255, 235, 255)
+# Widths of arrows, negative for points on screen.
+KIND_WIDTH = -2.4
+COLLIDED_WIDTH = -2.2
+LOST_WIDTH = -1.6
+ACK_WIDTH = -0.7
 FIELD: Rgba = (70, 78, 92, 255)
 MODEL: Rgba = (62, 52, 110, 255)
 VARIABLE: Rgba = (140, 115, 235, 255)
 LABEL: Rgba = (205, 212, 222, 255)
-TARGET: Rgba = (255, 255, 255, 255)
+TARGET: Rgba = (255, 205, 170, 255)
 ESTIMATE: Rgba = (255, 70, 220, 255)
 ESTIMATE_DIM: Rgba = (255, 70, 220, 150)
 DEAD: Rgba = (38, 40, 46, 255)
@@ -53,16 +58,24 @@ RADIO_COLOURS: dict[str, Rgba] = {
 }
 
 # Higher is nearer to the eye.
-ORDER = {
-    name: float(10 * rank)
-    for rank, name in enumerate(
-        ("field", "links", "model", "acks", "messages", "losses", "rims", "nodes", "dead", "targets", "estimates")
-    )
-}
+_LAYERS = (
+    "field",
+    "links",
+    "model",
+    "targets",
+    "acks",
+    "messages",
+    "losses",
+    "rims",
+    "nodes",
+    "dead",
+    "estimates",
+    "legend",
+)
+ORDER = {name: float(10 * rank) for rank, name in enumerate(_LAYERS)}
 
 _ENERGY_STOPS = np.array([(214, 48, 49), (240, 200, 60), (46, 190, 96)], float)
 _PRR_STOPS = np.array([(105, 40, 35), (88, 80, 32), (36, 84, 52)], float)
-_CALM_LINKS = 8.0  # links a node beyond which a map looks crowded
 
 
 def shade(fraction: NDArray[np.float64], stops: NDArray[np.float64], alpha: int) -> Colours:
@@ -77,10 +90,9 @@ def energy_colours(fraction: NDArray[np.float64]) -> Colours:
     return shade(fraction, _ENERGY_STOPS, 255)
 
 
-def prr_colours(prr: NDArray[np.float64], links_a_node: float) -> Colours:
-    """Dim red for a bad link to dim green for a good one, dimmer where links crowd; shape (n, 4)."""
-    dim = float(np.clip(_CALM_LINKS / links_a_node, 0.55, 1.0))
-    return shade(prr, dim * _PRR_STOPS, 255)
+def prr_colours(prr: NDArray[np.float64]) -> Colours:
+    """Dim red for a bad link to dim green for a good one; shape (n, 4)."""
+    return shade(prr, _PRR_STOPS, 255)
 
 
 def role_colours(roles: Sequence[str]) -> Colours:

@@ -1,85 +1,141 @@
 """The log: what is given up and why, who starts, ends and dies, roles, decisions, and lines for people."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 
 import numpy as np
 import rerun as rr
+from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
-from netsim.trace.events import BROADCAST, Association, Log, MessageDropped, NodeLife, Role
+from netsim.trace.events import (
+    BROADCAST,
+    OUTCOME_CODE,
+    OUTCOMES,
+    Association,
+    Frame,
+    Log,
+    MessageDropped,
+    NodeLife,
+    Role,
+)
 
 _LEVELS = ("TRACE", "DEBUG", "INFO", "WARN", "ERROR", "CRITICAL")
 _LIFE_LEVELS = {"failed": "ERROR", "died": "ERROR"}
-_Lines = tuple[Sequence[str], Sequence[str]]
+_NAMED = 3  # of more nodes that do the same at the same instant only the number is told
+_Lines = tuple[NDArray[np.int64], Sequence[str], Sequence[str]]
 
 
 class LogTrack:
     """One text log of all that a reader of a log would look for."""
 
-    topics = (Log.topic, MessageDropped.topic, NodeLife.topic, Role.topic, Association.topic)
+    topics = (Log.topic, MessageDropped.topic, NodeLife.topic, Role.topic, Association.topic, Frame.topic)
     past = False
 
     def __init__(self, setting: Setting) -> None:
         self._label = setting.label
+        self._decided: dict[int, str] = {}
+        self._dropped: list[Batch] = []
+        self._losses: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
         self._lines: dict[str, Callable[[Batch], _Lines]] = {
             Log.topic: self._log,
-            MessageDropped.topic: self._drops,
             NodeLife.topic: self._lives,
             Role.topic: self._roles,
             Association.topic: self._decisions,
         }
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """The lines of a batch."""
-        texts, levels = self._lines[batch.topic](batch)
-        yield timed("/log", batch.time_ns, rr.TextLog.columns(text=list(texts), level=list(levels)))
+        """The lines of a batch; what was given up waits for the end, since its last frame may be in a later batch."""
+        if batch.topic == Frame.topic:
+            self._losses.append(_losses(batch))
+        elif batch.topic == MessageDropped.topic:
+            self._dropped.append(batch)
+        else:
+            yield from _chunks(*self._lines[batch.topic](batch))
 
     def finish(self) -> Iterator[Chunk]:
-        """Nothing."""
-        yield from ()
+        """What was given up."""
+        outcome_of: dict[int, int] = {}
+        if self._dropped:
+            for message, outcome in self._losses:
+                outcome_of.update(zip(message.tolist(), outcome.tolist(), strict=True))
+        for batch in self._dropped:
+            yield from _chunks(*self._drops(batch, outcome_of))
 
     def _names(self, batch: Batch, field: str) -> list[str]:
         return [self._label(int(node)) if node != BROADCAST else "all" for node in batch.numbers(field)]
 
     def _log(self, batch: Batch) -> _Lines:
         texts = [f"{name}: {text}" for name, text in zip(batch.texts("name"), batch.texts("message"), strict=True)]
-        return texts, [_LEVELS[min(int(level), len(_LEVELS) - 1)] for level in batch.numbers("level")]
+        return batch.time_ns, texts, [_LEVELS[min(int(level), len(_LEVELS) - 1)] for level in batch.numbers("level")]
 
-    def _drops(self, batch: Batch) -> _Lines:
+    def _drops(self, batch: Batch, outcome_of: dict[int, int]) -> _Lines:
         parts = zip(
             self._names(batch, "node"),
             batch.texts("kind"),
-            batch.numbers("message_id"),
+            batch.numbers("message_id").tolist(),
             self._names(batch, "source"),
             self._names(batch, "destination"),
             batch.texts("reason"),
             strict=True,
         )
         texts = [
-            f"{node}: gave up {kind} #{number} from {source} to {destination}: {reason.replace('_', ' ')}"
+            f"{node}: gave up {kind} #{number}{'' if source == node else f' from {source}'} to {destination}: "
+            + reason.replace("_", " ")
+            + (_last_frame(outcome_of.get(number)) if reason == "no_ack" else "")
             for node, kind, number, source, destination, reason in parts
         ]
-        return texts, ["WARN"] * len(texts)
+        return batch.time_ns, texts, ["WARN"] * len(texts)
 
     def _lives(self, batch: Batch) -> _Lines:
-        parts = zip(self._names(batch, "node"), batch.texts("event"), batch.texts("reason"), strict=True)
-        texts = [f"{node}: {event}" + (f": {reason}" if reason else "") for node, event, reason in parts]
-        return texts, [_LIFE_LEVELS.get(event, "INFO") for event in batch.texts("event")]
+        """Nodes that do the same at the same instant share a line."""
+        parts = zip(
+            batch.time_ns.tolist(), batch.texts("event"), batch.texts("reason"), self._names(batch, "node"), strict=True
+        )
+        groups = [(key, [node for *_, node in group]) for key, group in groupby(parts, key=lambda part: part[:3])]
+        texts = [f"{_crowd(nodes)} {event}" + (f": {reason}" if reason else "") for (_, event, reason), nodes in groups]
+        levels = [_LIFE_LEVELS.get(event, "INFO") for (_, event, _), _ in groups]
+        return np.array([time_ns for (time_ns, *_), _ in groups], np.int64), texts, levels
 
     def _roles(self, batch: Batch) -> _Lines:
         parts = zip(self._names(batch, "node"), batch.texts("role"), batch.numbers("holds"), strict=True)
         texts = [f"{node}: {'becomes' if holds else 'is no longer'} {role}" for node, role, holds in parts]
-        return texts, ["INFO"] * len(texts)
+        return batch.time_ns, texts, ["INFO"] * len(texts)
 
     def _decisions(self, batch: Batch) -> _Lines:
+        """Which targets a node's measurements came from, when it thinks otherwise than before."""
         target, lengths = batch.rows("target")
         rows = np.split(target, np.cumsum(lengths)[:-1])
-        parts = zip(self._names(batch, "node"), batch.numbers("round"), rows, strict=True)
-        texts = [f"{node}: round {number}: measurements from targets {_targets(row)}" for node, number, row in parts]
-        return texts, ["DEBUG"] * len(texts)
+        changed: list[tuple[int, str]] = []
+        for time_ns, node, row in zip(batch.time_ns.tolist(), batch.numbers("node").tolist(), rows, strict=True):
+            decision = ", ".join("none" if number < 0 else str(number) for number in row.tolist())
+            if decision != self._decided.get(node, ""):
+                self._decided[node] = decision
+                changed.append((time_ns, f"{self._label(node)} decides: measurements of targets {decision}"))
+        times = np.array([time_ns for time_ns, _ in changed], np.int64)
+        return times, [text for _, text in changed], ["INFO"] * len(changed)
 
 
-def _targets(row: Iterable[int]) -> str:
-    return ", ".join("none" if target < 0 else str(target) for target in row) or "(no measurements)"
+def _chunks(time_ns: NDArray[np.int64], texts: Sequence[str], levels: Sequence[str]) -> Iterator[Chunk]:
+    if len(texts):
+        yield timed("/log", time_ns, rr.TextLog.columns(text=list(texts), level=list(levels)))
+
+
+def _losses(batch: Batch) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Message and outcome of the frames that did not arrive where they were sent to; acknowledgements are none of them."""
+    listener, lengths = batch.rows("rx_node")
+    frame = np.repeat(np.arange(len(lengths)), lengths)
+    outcome = batch.rows("rx_outcome")[0]
+    mine = (listener == batch.numbers("destination")[frame]) & (outcome != OUTCOME_CODE["received"])
+    mine &= batch.numbers("is_ack")[frame] == 0
+    return batch.numbers("message_id")[frame[mine]].astype(np.int64), outcome[mine].astype(np.int64)
+
+
+def _last_frame(outcome: int | None) -> str:
+    return "" if outcome is None else f" (last loss: {OUTCOMES[outcome].replace('_', ' ')})"
+
+
+def _crowd(nodes: Sequence[str]) -> str:
+    return ", ".join(nodes) if len(nodes) <= _NAMED else f"{len(nodes)} nodes"

@@ -4,6 +4,7 @@ The viewer is a program of its own. It runs in a process group that is ended wit
 """
 
 import contextlib
+import io
 import os
 import re
 import signal
@@ -13,11 +14,12 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, TypeVar
 
 import rerun_cli  # type: ignore[import-untyped]
+from PIL import Image
 from rerun.experimental import ViewerClient
 
 from netsim.errors import NetsimError
@@ -29,7 +31,8 @@ _START_S = 30.0
 _ATTEMPTS = 5
 _SETTLE_S = 0.4
 _STOP_S = 5.0
-_NOTICES_S = 4.5
+_NOTICES_S = 5.0
+_TOP_BAR = 37  # height in points of the viewer's own bar of menus and warnings, which is no part of a picture
 _REMEDIES = {
     r"render context|graphics adapter|NoSuitableAdapter": (
         "no Vulkan driver to draw with: apt-get install mesa-vulkan-drivers libvulkan1"
@@ -70,37 +73,68 @@ def serve(rrd: Path, announce: Callable[[str], None]) -> None:
         raise _failed(errors)
 
 
-def picture(rrd: Path, at_s: float, size: tuple[int, int]) -> tuple[bytes, list[str]]:
-    """Draw one picture of a recording without a screen.
+def draw(rrd: Path, instants_s: Sequence[float], size: tuple[int, int]) -> list[tuple[bytes, list[str]]]:
+    """Draw pictures of a recording without a screen.
 
     Args:
         rrd: The recording.
-        at_s: Instant to show, simulated seconds.
-        size: Width and height of the window in points.
+        instants_s: Instants to show, simulated seconds.
+        size: Width and height of a picture in points.
 
     Returns:
-        The picture (PNG), and what the views complained of.
+        For each instant the picture (PNG), and what the views complained of.
 
     Raises:
         NetsimError: If there is no Vulkan driver, or the viewer fails.
     """
     port = _free_port()
-    window = f"{size[0]}x{size[1]}"
+    window = f"{size[0]}x{size[1] + _TOP_BAR}"
     options = ("--headless", "--hide-welcome-screen", "--port", str(port), "--window-size", window)
     with _viewer(*options) as (process, errors):
         _await_port(process, errors, port)
-        started = time.monotonic()
         client = ViewerClient.connect(f"rerun+http://{_LOOPBACK}:{port}/proxy")
         _retry(process, errors, lambda: client.open(str(rrd)))
-        client.set_time(TIMELINE, duration=float(at_s), play_state="paused")
-        # The first picture compiles the shaders, which can exceed the viewer's time limit; notices of the start lie over
-        # the next ones, and go only while pictures are drawn.
-        while time.monotonic() < started + _NOTICES_S:
-            _retry(process, errors, client.take_screenshot)
-            time.sleep(_SETTLE_S)
-        image = _retry(process, errors, client.take_screenshot)
-        reports = [f"{view.name}: {report}" for view in client.get_state().views for report in view.reports]
-        return image, reports
+        pictures = []
+        for number, at_s in enumerate(instants_s):
+            client.set_time(TIMELINE, duration=float(at_s), play_state="paused")
+            if number == 0:
+                _pass_notices(process, errors, client)
+            image = _settled(process, errors, client)
+            reports = [f"{view.name}: {report}" for view in client.get_state().views for report in view.reports]
+            pictures.append((_without_top_bar(image, size[0]), reports))
+        return pictures
+
+
+def _pass_notices(process: subprocess.Popen[bytes], errors: IO[bytes], client: ViewerClient) -> None:
+    """Wait until the notices of the start are gone; they go only while pictures are drawn.
+
+    The first picture compiles the shaders, which can exceed the viewer's time limit; the notices' time begins with it.
+    """
+    _retry(process, errors, client.take_screenshot)
+    shown = time.monotonic()
+    while time.monotonic() < shown + _NOTICES_S:
+        _retry(process, errors, client.take_screenshot)
+        time.sleep(_SETTLE_S)
+
+
+def _settled(process: subprocess.Popen[bytes], errors: IO[bytes], client: ViewerClient) -> bytes:
+    """A picture that does not change any more."""
+    image = b""
+    for _ in range(_ATTEMPTS):
+        time.sleep(_SETTLE_S)
+        before, image = image, _retry(process, errors, client.take_screenshot)
+        if image == before:
+            break
+    return image
+
+
+def _without_top_bar(png: bytes, width: int) -> bytes:
+    """A picture of the window without the viewer's top bar; it may have several pixels a point."""
+    with Image.open(io.BytesIO(png)) as picture:
+        top = round(_TOP_BAR * picture.width / width)
+        out = io.BytesIO()
+        picture.convert("RGB").crop((0, top, picture.width, picture.height)).save(out, "PNG", optimize=True)
+    return out.getvalue()
 
 
 @contextlib.contextmanager

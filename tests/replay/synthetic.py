@@ -137,7 +137,7 @@ def traffic(duration_s: float, rng: np.random.Generator) -> list[Row]:
             links = [n for n in grid_neighbours(node, 5.5)]
             for peer in links:
                 air.send(second + rng.uniform(0.3, 0.95), node, peer, "belief")
-            changed = GraphMessages(node, second, [node] * len(links), links, [1] * len(links), len(links), 0.1)
+            changed = GraphMessages(node, second, [node] * len(links), links, [1] * len(links), len(links), 0.1, 1, 0)
             air.rows.append((s_to_ns(second + 0.96), changed))
     return air.rows
 

@@ -1,5 +1,6 @@
 """What a recording holds: exact rows for three frames worked out by hand, and everything that a whole run should show."""
 
+import re
 import subprocess
 import sys
 import warnings
@@ -15,11 +16,23 @@ from rerun.chunk import McapReader, RrdReader
 from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 
 from netsim import replay
-from netsim.errors import TraceError
+from netsim.errors import ScenarioError, TraceError
 from netsim.replay import ReplayOptions
+from netsim.replay.legend import Mark, rows_of
 from netsim.replay.options import decide, nice
 from netsim.trace.cdr import wire_types
-from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOME_CODE, Frame, LinkTable, MessageSent, NodeTable
+from netsim.trace.events import (
+    BROADCAST,
+    EVENT_TYPES,
+    OUTCOME_CODE,
+    Association,
+    Frame,
+    LinkTable,
+    MessageSent,
+    NodeEnergy,
+    NodeLife,
+    NodeTable,
+)
 from netsim.trace.reader import TruncatedTraceWarning, read_trace
 from netsim.trace.writer import TraceWriter
 
@@ -42,6 +55,14 @@ def write_three_frames(path: Path) -> None:
         writer.write(LinkTable([0, 1], [1, 0], [-60.0] * 2, [1.0, 0.9]), 0)
         for frame in frames:
             writer.write(frame, frame.t_end_ns)
+
+
+def named_nodes(*names: str, battery_j: float | list[float] = 1.0, spacing_m: float = 10.0) -> NodeTable:
+    """Sensors in a row."""
+    count, none = len(names), [""] * len(names)
+    xs = [spacing_m * number for number in range(count)]
+    full = battery_j if isinstance(battery_j, list) else [battery_j] * count
+    return NodeTable(range(count), names, none, ["sensor"] * count, xs, [0] * count, none, none, full)
 
 
 def recording(trace: Path, folder: Path, **options: Any) -> Table:
@@ -89,6 +110,7 @@ def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
     np.testing.assert_allclose(origins, [[gap, aside], [aside, -gap]], atol=1e-5)
     collided = rows["/map/losses/collided"]
     assert sorted(timed(collided, "Arrows2D:labels").values()) == [[], ["collided"], ["collided"], ["collided"]]
+    assert [row["Arrows2D:show_labels"] for row in collided if "sim_time" not in row] == [[False]]
     np.testing.assert_allclose(timed(collided, "Arrows2D:vectors")[200 * MS], [[-0.6 * shaft, 0]], atol=1e-5)
     assert sorted(timed(rows["/map/acks"], "Arrows2D:vectors")) == [400 * MS, 450 * MS, 500 * MS, 550 * MS]
     assert "/map/messages/data" not in rows  # only its acknowledgement was received
@@ -101,9 +123,16 @@ def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
 
 def test_every_part_of_a_run_is_there(whole: Table) -> None:
     expected = {"/map/field", "/map/links", "/map/nodes", "/map/nodes/rims", "/map/nodes/labels", "/map/dead"}
-    expected |= {"/map/model/edges", "/map/model/variables", "/map/targets", "/map/estimates/0", "/map/legend"}
+    expected |= {"/map/model/edges", "/map/model/variables", "/map/targets", "/map/estimates/0", "/map/losses/acks"}
+    expected |= {f"/map/legend/{part}" for part in ("labels", "arrows", "lines", "discs")}
     expected |= {"/map/messages/observations", "/map/messages/belief", "/map/acks", "/map/losses/lost", "/log"}
-    expected |= {"/plots/messages/belief", "/plots/senders/graph_messages", "/plots/accuracy", "/plots/energy/n01"}
+    expected |= {
+        "/map/losses/lost/reasons",
+        "/plots/messages/belief",
+        "/plots/senders/graph_messages",
+        "/plots/accuracy",
+        "/plots/energy/n01",
+    }
     expected |= {f"/radio/n{node:02d}" for node in range(NODES)}
     assert expected <= set(whole)
 
@@ -121,11 +150,27 @@ def test_nodes_fade_and_die_when_they_do(whole: Table) -> None:
 
 def test_log_tells_reasons(whole: Table) -> None:
     lines = {row["TextLog:text"][0] for row in whole["/log"]}
-    assert f"n{DEAD_NODE}: died: battery empty" in lines
+    assert f"n{DEAD_NODE} died: battery empty" in lines
+    assert f"{NODES} nodes started" in lines
     assert "n06: becomes leader" in lines
     assert "n06: hand-off to n07" in lines
-    assert any(line.endswith("no ack") and "gave up belief" in line for line in lines)
-    assert any("measurements from targets" in line for line in lines)
+    assert any(re.search(r"^n\d\d: gave up belief #\d+ to n\d\d: no ack \(last loss: \w+\)$", line) for line in lines)
+    levels = {row["TextLog:text"][0]: row["TextLog:level"][0] for row in whole["/log"]}
+    assert levels[f"n{DEAD_NODE} died: battery empty"] == "ERROR"
+
+
+def test_log_tells_a_decision_only_when_it_changes(tmp_path: Path) -> None:
+    decisions = [(0, [3, -1]), (1, [3, -1]), (2, [3, 12]), (3, [3, 12])]
+    with TraceWriter(tmp_path / "three.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b"), 0)
+        for number, targets in decisions:
+            writer.write(Association(0, targets, number), number * MS)
+            writer.write(Association(1, [], number), number * MS)
+    rows = recording(tmp_path / "three.mcap", tmp_path)["/log"]
+    assert [(row["sim_time"], row["TextLog:text"]) for row in rows] == [
+        (0, ["a decides: measurements of targets 3, none"]),
+        (2 * MS, ["a decides: measurements of targets 3, 12"]),
+    ]
 
 
 def test_messages_a_second_add_up(whole: Table, grid: Path) -> None:
@@ -157,7 +202,7 @@ def test_a_late_window_remembers_what_still_holds(grid: Path, tmp_path: Path) ->
     times = [row["sim_time"] for path, part in rows.items() for row in part if "sim_time" in row and path != "/map"]
     assert min(times) >= start - 10**9  # a bar of a rate may begin before
     assert min(row["sim_time"] for row in rows["/log"]) >= start
-    assert min(timed(rows["/map/targets"], "Points2D:positions")) >= start
+    assert min(timed(rows["/map/targets"], "LineStrips2D:strips")) >= start
 
 
 def test_many_nodes_are_summarised(grid: Path, tmp_path: Path) -> None:
@@ -166,6 +211,82 @@ def test_many_nodes_are_summarised(grid: Path, tmp_path: Path) -> None:
         f"/plots/energy/{name}" for name in ("least", "mean", "most")
     }
     assert not any(path.startswith("/radio") for path in rows)
+
+
+def energy_of(folder: Path, full_j: list[float], left_j: list[float]) -> Table:
+    """What is recorded of two samples of energy: full, and this much left."""
+    with TraceWriter(folder / "energy.mcap", {}) as writer:
+        nodes = range(len(full_j))
+        writer.write(named_nodes(*(f"n{node}" for node in nodes), battery_j=full_j), 0)
+        writer.write(NodeEnergy(nodes, [0.0] * len(full_j), full_j), 0)
+        used = [full - left for full, left in zip(full_j, left_j, strict=True)]
+        writer.write(NodeEnergy(nodes, used, left_j), 10 * MS)
+    return recording(folder / "energy.mcap", folder)
+
+
+def test_unequal_batteries_are_plotted_as_fractions(tmp_path: Path) -> None:
+    rows = energy_of(tmp_path, [1.0, 18000.0], [0.25, 17820.0])
+    assert timed(rows["/plots/energy/n0"], "Scalars:scalars") == {0: [100.0], 10 * MS: [25.0]}
+    assert timed(rows["/plots/energy/n1"], "Scalars:scalars") == {0: [100.0], 10 * MS: [99.0]}
+
+
+def test_like_batteries_are_plotted_in_joules(tmp_path: Path) -> None:
+    rows = energy_of(tmp_path, [1.0, 3.0], [0.25, 2.0])
+    assert timed(rows["/plots/energy/n1"], "Scalars:scalars") == {0: [3.0], 10 * MS: [2.0]}
+
+
+def test_small_drains_are_plotted_as_energy_used(tmp_path: Path) -> None:
+    rows = energy_of(tmp_path, [1.0, 18000.0], [0.95, 17999.0])
+    assert timed(rows["/plots/energy/n1"], "Scalars:scalars") == {0: [0.0], 10 * MS: [1.0]}
+
+
+def test_curves_that_coincide_are_shown_as_one(tmp_path: Path) -> None:
+    rows = energy_of(tmp_path, [10.0] * 20, [5.0] * 19 + [4.9])
+    assert [row["SeriesLines:names"] for row in rows["/plots/energy_of_all"] if "sim_time" not in row] == [
+        ["20 nodes, all within 1 %"]
+    ]
+    assert timed(rows["/plots/energy_of_all"], "Scalars:scalars")[10 * MS] == pytest.approx([4.995])
+    assert "/plots/energy_of_all" not in energy_of(tmp_path, [10.0] * 20, [5.0] * 19 + [1.0])
+
+
+def test_links_thin_out_where_they_crowd_and_go_with_the_dead(tmp_path: Path) -> None:
+    count = 20
+    pairs = [(a, b) for a in range(count) for b in range(count) if a != b]
+    with TraceWriter(tmp_path / "dense.mcap", {}) as writer:
+        writer.write(named_nodes(*(f"n{node:02d}" for node in range(count))), 0)
+        gains = [-50.0 - abs(a - b) for a, b in pairs]
+        writer.write(LinkTable([a for a, _ in pairs], [b for _, b in pairs], gains, [1.0] * len(pairs)), 0)
+        writer.write(NodeLife(10, "died", ""), 5 * MS)
+        writer.write(NodeLife(10, "started", ""), 7 * MS)
+    lines = timed(recording(tmp_path / "dense.mcap", tmp_path)["/map/links"], "LineStrips2D:strips")
+    ends = {
+        when: {tuple(sorted(round(x / 10) for x, _ in strip)) for strip in strips} for when, strips in lines.items()
+    }
+    # In a row the best links are those to the two neighbours on either side; at the ends, to the next four.
+    near = {(a, b) for a in range(count) for b in (a + 1, a + 2) if b < count}
+    assert ends[0] == near | {(0, 3), (0, 4), (1, 4), (15, 18), (15, 19), (16, 19)}
+    assert ends[5 * MS] == {pair for pair in ends[0] if 10 not in pair}
+    assert ends[7 * MS] == ends[0]
+
+
+def test_of_a_sender_one_reason_is_told_and_of_many_none(tmp_path: Path) -> None:
+    busy, count = OUTCOME_CODE["busy"], 12
+    with TraceWriter(tmp_path / "busy.mcap", {}) as writer:
+        writer.write(named_nodes(*(f"n{node:02d}" for node in range(count))), 0)
+        for start, senders in ((0, [0, 0, 3]), (400 * MS, range(count - 1))):
+            for source in senders:
+                frame = Frame(
+                    0, start, start + MS, source, source + 1, "x", 0, 9, 0, 1, 0.0, [source + 1], [busy], [0.0], [0.0]
+                )
+                writer.write(frame, start + MS)
+        ack = Frame(0, 800 * MS, 801 * MS, 1, 0, "x", 1, 5, 0, 1, 0.0, [0], [busy], [0.0], [0.0])
+        writer.write(ack, 801 * MS)
+    rows = recording(tmp_path / "busy.mcap", tmp_path, hold_s=0.15, tick_s=0.05)
+    labels = timed(rows["/map/losses/lost/reasons"], "Points2D:labels")
+    assert labels[0] == ["busy", "busy"]
+    assert labels[400 * MS] == []
+    assert max(labels) < 800 * MS
+    assert 800 * MS in timed(rows["/map/losses/acks"], "Arrows2D:vectors")
 
 
 def test_on_mains_the_energy_consumed_is_plotted(tmp_path: Path) -> None:
@@ -258,6 +379,58 @@ def test_rerun_decodes_what_we_encode(grid: Path) -> None:
 def test_importing_replay_does_not_import_rerun() -> None:
     program = "import sys, netsim.replay; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_nodes_are_known_by_id_and_name(grid: Path) -> None:
+    assert replay.node_ids(grid, ["7", "n07", " n12"]) == {7, 12}
+    with pytest.raises(ScenarioError, match=r"nodes: expected some of n00, n01, .*25 in all.*; got n99, 31"):
+        replay.node_ids(grid, ["n99", "7", "31"])
+
+
+def test_what_a_trace_has_not_is_named(grid: Path, tmp_path: Path) -> None:
+    kinds = r"message kinds: expected some of (belief, observations|observations, belief); got gossip"
+    cases = [
+        (ReplayOptions(kinds=frozenset({"belief", "gossip"})), kinds),
+        (ReplayOptions(nodes=frozenset({6, 99})), r"nodes: expected some of 0 \(n00\), .*; got 99"),
+        (ReplayOptions(start_s=21.0), "start: expected a time up to 20 s"),
+        (ReplayOptions(start_s=3.0, end_s=3.0), "end: expected a time after the start"),
+    ]
+    for options, complaint in cases:
+        with pytest.raises(ScenarioError, match=complaint):
+            replay.check_window(grid, options)
+        with pytest.raises(ScenarioError, match=complaint):
+            replay.save(grid, tmp_path / "none.rrd", options)
+    replay.check_window(grid, ReplayOptions(kinds=frozenset({"belief"}), nodes=frozenset({6}), start_s=19.0))
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("name", ["speed", "hold_s", "tick_s"])
+def test_paces_are_positive_and_finite(name: str, value: float) -> None:
+    with pytest.raises(ScenarioError, match=f"{name.removesuffix('_s')}: expected a finite number > 0"):
+        ReplayOptions(**{name: value})
+
+
+def test_a_picture_is_a_png_and_a_recording_a_recording(grid: Path, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"x.jpg: expected the name of a picture that ends in .png"):
+        replay.screenshot(grid, tmp_path / "x.jpg", 1.0)
+    with pytest.raises(ScenarioError, match="expected an instant"):
+        replay.screenshot(grid, tmp_path / "x.png", float("nan"))
+    false = tmp_path / "false.rrd"
+    false.write_bytes(grid.read_bytes())
+    with pytest.raises(TraceError, match="not a Rerun recording"):
+        replay.screenshot(false, tmp_path / "x.png", 1.0)
+    with pytest.raises(TraceError, match="cannot read the recording"):
+        replay.screenshot(tmp_path / "nowhere.rrd", tmp_path / "x.png", 1.0)
+
+
+@pytest.mark.parametrize("words", [1, 7, 40])
+def test_the_legend_is_whole_and_in_even_rows(words: int) -> None:
+    entries = [Mark(f"entry {number}") for number in range(words)]
+    rows = rows_of(entries)
+    assert [entry for row in rows for entry in row] == entries
+    sizes = [len(row) for row in rows]
+    assert max(sizes) - min(sizes) <= 1 + words // 10
+    assert max(sum(len(entry.label) + 4 for entry in row) for row in rows) <= 84 + 16
 
 
 @pytest.mark.parametrize(("value", "expected"), [(1.0, 1.0), (0.9, 0.5), (19.9, 10.0), (20, 20.0), (0.049, 0.02)])

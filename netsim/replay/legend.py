@@ -1,0 +1,175 @@
+"""The legend: what every mark on the map means, in rows below the field; only marks that the replay has.
+
+A label's size on screen is fixed and that of the map is not, so each mark stands above its label, not beside it.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.scene import LegendBox, Scene, diamond, static
+
+_ROW_CHARACTERS = 84  # a row of so many characters fits below the map in a window of usual width
+_GAP_CHARACTERS = 4
+_MARK_DEPTH = 0.22  # depths as fractions of a row
+_LABEL_DEPTH = 0.4
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One entry of the legend: an arrow, discs or lines above a label.
+
+    Attributes:
+        label: What it means.
+        arrow: Colour and width (negative: points on screen) of an arrow.
+        discs: Step to the right, radius and colour of each disc, in fractions of the size of a mark.
+        lines: Colours of short lines, side by side.
+        outline: Colour of a hollow diamond.
+    """
+
+    label: str
+    arrow: tuple[style.Rgba, float] | None = None
+    discs: Sequence[tuple[float, float, style.Rgba]] = ()
+    lines: Sequence[style.Rgba] = ()
+    outline: style.Rgba | None = None
+
+
+def marks(scene: Scene, kinds: Sequence[str], present: Collection[str]) -> list[Mark]:
+    """What a map shows: first the arrows, then what they fly over.
+
+    Args:
+        scene: The still parts.
+        kinds: Message kinds in the order of their colours.
+        present: Entities on the map that have data.
+    """
+    return [*_arrow_marks(kinds, present), *_node_marks(scene, present), *_other_marks(scene, present)]
+
+
+def _arrow_marks(kinds: Sequence[str], present: Collection[str]) -> Iterator[Mark]:
+    for number, kind in enumerate(kinds):
+        yield Mark(kind, arrow=(style.kind_colour(number), style.KIND_WIDTH))
+    if "/map/acks" in present:
+        yield Mark("acknowledgement", arrow=(style.ACKNOWLEDGEMENT, style.ACK_WIDTH))
+    if "/map/losses" in present:
+        yield Mark("lost", arrow=(style.LOST, style.LOST_WIDTH))
+        yield Mark("collided", arrow=(style.COLLIDED, style.COLLIDED_WIDTH))
+
+
+def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
+    battery = np.isfinite(np.asarray(scene.nodes.battery_j))
+    sink = np.array([role == "sink" for role in scene.nodes.role])
+    if battery.any():
+        colours = style.energy_colours(np.array([1.0, 0.5, 0.0])).tolist()
+        discs = [(step, 0.6, tuple(colour)) for step, colour in zip((-1.5, 0.0, 1.5), colours, strict=True)]
+        yield Mark("energy: full to empty", discs=discs)
+    if (~battery & ~sink).any():
+        yield Mark("on mains", discs=[(0.0, 0.75, style.ROLE_COLOURS["sensor"])])
+    if sink.any():
+        yield Mark("sink", discs=[(0.0, 1.0, style.SINK_RIM), (0.0, 0.74, style.ROLE_COLOURS["sink"])])
+    if "/map/dead" in present:
+        empty = tuple(style.energy_colours(np.array([0.0]))[0].tolist())
+        yield Mark("dead", discs=[(0.0, 0.75, empty), (0.0, 0.6, style.DEAD)])
+
+
+def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
+    if "/map/targets" in present:
+        yield Mark("target", outline=style.TARGET)
+    if "/map/estimates" in present:
+        yield Mark("estimate", discs=[(0.0, 0.5, style.ESTIMATE)])
+    if "/map/model" in present:
+        yield Mark("graph variables", lines=[style.MODEL], discs=[(s, 0.25, style.VARIABLE) for s in (-1.6, 1.6)])
+    if "/map/links" in present:
+        colours = style.prr_colours(np.array([1.0, 0.5, 0.0])).tolist()
+        yield Mark("link: good to bad", lines=[tuple(colour) for colour in colours])
+
+
+def rows_of(entries: Sequence[Mark]) -> list[list[Mark]]:
+    """The entries in as few rows as they need, of about equal length."""
+    widths = [len(entry.label) + _GAP_CHARACTERS for entry in entries]
+    total = max(1, sum(widths))
+    count = -(-total // _ROW_CHARACTERS)
+    middles = [end - width / 2 for end, width in zip(accumulate(widths), widths, strict=True)]
+    rows: list[list[Mark]] = [[] for _ in range(count)]
+    for entry, middle in zip(entries, middles, strict=True):
+        rows[min(count - 1, int(middle * count / total))].append(entry)
+    return [row for row in rows if row]
+
+
+def legend_chunks(scene: Scene, rows: Sequence[Sequence[Mark]]) -> Iterator[Chunk]:
+    """The rows below the map as static data."""
+    entries = [entry for row in rows for entry in row]
+    if not entries:
+        return
+    box = scene.legend_box()
+    at = np.concatenate([_places(row, box, depth) for depth, row in enumerate(rows)])
+    marks_at = at + np.array([0.0, _MARK_DEPTH * box.row_m])
+    order = style.ORDER["legend"]
+    labels = rr.Points2D(
+        at + np.array([0.0, _LABEL_DEPTH * box.row_m]),
+        colors=[style.LABEL],
+        radii=[0.0],
+        labels=[entry.label for entry in entries],
+        show_labels=True,
+        draw_order=order,
+    )
+    yield static("/map/legend/labels", labels)
+    yield from _arrows(entries, marks_at, box.mark_m)
+    yield from _lines(entries, marks_at, box.mark_m)
+    yield from _discs(entries, marks_at, box.mark_m)
+
+
+def _places(row: Sequence[Mark], box: LegendBox, depth: int) -> NDArray[np.float64]:
+    """Where the entries of a row begin to hang; each has room in proportion to its label."""
+    widths = np.array([len(entry.label) + _GAP_CHARACTERS for entry in row], float)
+    middles = (np.cumsum(widths) - widths / 2) / widths.sum()
+    return np.column_stack([box.left_m + box.width_m * middles, np.full(len(row), box.top_m + depth * box.row_m)])
+
+
+def _arrows(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> Iterator[Chunk]:
+    found = [(place, *entry.arrow) for place, entry in zip(at, entries, strict=True) if entry.arrow is not None]
+    if found:
+        half = np.array([1.8 * size_m, 0.0])
+        places, colours, widths = zip(*found, strict=True)
+        arrows = rr.Arrows2D(
+            origins=np.array(places) - half,
+            vectors=[2 * half] * len(found),
+            colors=colours,
+            radii=widths,
+            draw_order=style.ORDER["legend"],
+        )
+        yield static("/map/legend/arrows", arrows)
+
+
+def _lines(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> Iterator[Chunk]:
+    strips: list[NDArray[np.float64]] = []
+    colours: list[style.Rgba] = []
+    for place, entry in zip(at, entries, strict=True):
+        if entry.outline is not None:
+            strips.append(diamond(place[None], 0.9 * size_m)[0])
+            colours.append(entry.outline)
+        length = 3.2 * size_m / max(1, len(entry.lines))
+        for step, colour in enumerate(entry.lines):
+            left = place[0] - 1.6 * size_m + step * length
+            strips.append(np.array([[left, place[1]], [left + 0.85 * length, place[1]]]))
+            colours.append(colour)
+    if strips:
+        lines = rr.LineStrips2D(strips, colors=colours, radii=[-1.0], draw_order=style.ORDER["legend"])
+        yield static("/map/legend/lines", lines)
+
+
+def _discs(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> Iterator[Chunk]:
+    found = [(place, disc) for place, entry in zip(at, entries, strict=True) for disc in entry.discs]
+    if found:
+        discs = rr.Points2D(
+            [place + np.array([step * size_m, 0.0]) for place, (step, _, _) in found],
+            radii=[radius * size_m for _, (_, radius, _) in found],
+            colors=[colour for _, (_, _, colour) in found],
+            draw_order=style.ORDER["legend"] + 1,
+        )
+        yield static("/map/legend/discs", discs)

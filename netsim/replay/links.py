@@ -1,0 +1,99 @@
+"""The radio links: where they crowd only each node's best, and none of a dead node."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from rerun.chunk import Chunk
+
+from netsim.replay import style
+from netsim.replay.scene import Scene, static
+from netsim.replay.source import Batch
+from netsim.replay.track import Setting, timed
+from netsim.trace.events import LinkTable, NodeLife
+
+_CALM_LINKS = 8  # links a node beyond which a map is a cloud of lines
+_BEST_LINKS = 4  # links a node that are drawn then
+_MOST_ROWS = 100  # the lines are drawn anew at no more instants than this
+
+
+class LinkTrack:
+    """The links of the living; drawn anew when a node dies or returns."""
+
+    topics = (NodeLife.topic,)
+    past = True
+
+    def __init__(self, setting: Setting) -> None:
+        self._scene = setting.scene
+        self._pace = setting.pace
+        self._pairs, self._colours = _lines(setting.scene)
+        self._step_ns = max(1, (setting.pace.end_ns - setting.pace.start_ns) // _MOST_ROWS)
+        self._lives: list[tuple[int, int, bool]] = []
+
+    def take(self, batch: Batch) -> Iterator[Chunk]:
+        """Keep who dies and returns; the lines are drawn at the end."""
+        self._lives += lives(batch, self._scene)
+        yield from ()
+
+    def finish(self) -> Iterator[Chunk]:
+        """One row of lines at the start and after each change."""
+        if not len(self._pairs):
+            return
+        look = rr.LineStrips2D.from_fields(radii=[-0.5], draw_order=style.ORDER["links"])
+        yield static("/map/links", look)
+        changes = self._changes()
+        shown = [np.flatnonzero(alive[self._pairs].all(axis=1)) for _, alive in changes]
+        which, lengths = np.concatenate(shown), np.array([len(row) for row in shown])
+        lines = rr.LineStrips2D.columns(strips=list(self._scene.place[self._pairs[which]]), colors=self._colours[which])
+        yield timed("/map/links", np.array([time_ns for time_ns, _ in changes], np.int64), lines.partition(lengths))
+
+    def _changes(self) -> list[tuple[int, NDArray[np.bool_]]]:
+        """Instants and who is alive from then on; what follows closely is drawn at once."""
+        alive = np.ones(len(self._scene.place), bool)
+        rows = {self._pace.start_ns: alive.copy()}
+        crowded = len(self._lives) > _MOST_ROWS
+        for time_ns, row, died in self._lives:
+            alive[row] = not died
+            when = -(-time_ns // self._step_ns) * self._step_ns if crowded else time_ns
+            rows[max(when, self._pace.start_ns)] = alive.copy()
+        return sorted(rows.items(), key=lambda change: change[0])
+
+
+def lives(batch: Batch, scene: Scene) -> list[tuple[int, int, bool]]:
+    """Instant, row and whether it died, of each node that dies or starts."""
+    rows = scene.rows(batch.numbers("node")).tolist()
+    times = batch.time_ns.tolist()
+    parts = zip(times, rows, batch.texts("event"), strict=True)
+    return [(time_ns, row, event == "died") for time_ns, row, event in parts if event in ("died", "started")]
+
+
+def _lines(scene: Scene) -> tuple[NDArray[np.int64], style.Colours]:
+    """One pair of rows a line and its colour, by the worse direction."""
+    if scene.links is None or not len(scene.links.source):
+        return np.empty((0, 2), np.int64), np.empty((0, 4), np.uint8)
+    pairs, prr, gain_db = _pairs(scene, scene.links)
+    if 2 * len(pairs) > _CALM_LINKS * len(scene.place):
+        best = _best(scene, pairs, gain_db)
+        pairs, prr = pairs[best], prr[best]
+    return pairs, style.prr_colours(prr)
+
+
+def _pairs(scene: Scene, links: LinkTable) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Pairs of rows with a link, and the lower reception ratio and gain of the two directions."""
+    ends = np.column_stack([scene.rows(np.asarray(links.source)), scene.rows(np.asarray(links.destination))])
+    pairs, where = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    prr, gain_db = np.ones(len(pairs)), np.full(len(pairs), np.inf)
+    np.minimum.at(prr, where.ravel(), np.asarray(links.prr, np.float64))
+    np.minimum.at(gain_db, where.ravel(), np.asarray(links.gain_db, np.float64))
+    return pairs, prr, gain_db
+
+
+def _best(scene: Scene, pairs: NDArray[np.int64], gain_db: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The pairs that are among the best of either end: highest gain first, then nearest."""
+    distance_m = np.linalg.norm(scene.place[pairs[:, 0]] - scene.place[pairs[:, 1]], axis=1)
+    node, pair = pairs.T.ravel(), np.tile(np.arange(len(pairs)), 2)
+    order = np.lexsort((distance_m[pair], -gain_db[pair], node))
+    begins = np.searchsorted(node[order], np.arange(len(scene.place)))
+    rank = np.arange(len(order)) - begins[node[order]]
+    return np.unique(pair[order[rank < _BEST_LINKS]])
