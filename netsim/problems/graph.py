@@ -132,6 +132,10 @@ def build(
         text = "a factor-graph problem needs at least one node to host its variables"
         raise ScenarioError(text)
     graph = _graph(parameters, streams, file_text)
+    impossible = [index for index, factor in enumerate(graph.factors) if not factor.table.any()]
+    if impossible:
+        text = f"factor {impossible[0]} has no value above 0, so no state of the model is possible"
+        raise ScenarioError(text)
     count = len(graph.cardinalities)
     places = _places(parameters, count, sorted(nodes))
     # A factor without variables is a constant; it sends nothing, and any node may hold it.

@@ -134,3 +134,9 @@ def test_parameters_are_checked_by_the_schema():
     assert made == GraphParameters(graph=TreeGraph(variables=4), placement="contiguous")
     with pytest.raises(ValidationError):
         schema.validate_python({"graph": {"type": "chain", "states": 1}})
+
+
+def test_a_model_without_a_possible_state_is_refused() -> None:
+    text = "MARKOV\n1\n2\n1\n1 0\n2\n 0 0\n"
+    with pytest.raises(ScenarioError, match="factor 0 has no value above 0"):
+        build(GraphParameters(graph=GraphFile(path="z.uai")), [0, 1], Streams(1), text)
