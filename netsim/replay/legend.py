@@ -6,6 +6,7 @@ A label's size on screen is fixed and that of the map is not, so each mark stand
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -147,7 +148,7 @@ def _arrows(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> 
 
 
 def _lines(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> Iterator[Chunk]:
-    strips: list[NDArray[np.float64]] = []
+    strips: list[NDArray[Any]] = []
     colours: list[style.Rgba] = []
     for place, entry in zip(at, entries, strict=True):
         if entry.outline is not None:

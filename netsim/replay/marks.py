@@ -131,7 +131,7 @@ class TargetTrack:
                 yield static("/map/targets/labels", names)
         positions = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
         labels = [f"target {number}" for number in target]
-        outlines = rr.LineStrips2D.columns(strips=list(diamond(positions, self._radius_m)), labels=labels)
+        outlines = rr.LineStrips2D.columns(strips=diamond(positions, self._radius_m), labels=labels)
         yield timed("/map/targets", batch.time_ns, outlines.partition(lengths))
         if self._few:
             labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 2.0 * self._radius_m]), labels=labels)

@@ -152,10 +152,10 @@ def scene_chunks(scene: Scene) -> Iterator[Chunk]:
     yield from _node_chunks(scene)
 
 
-def diamond(middles: NDArray[np.float64], half_m: float) -> NDArray[np.float64]:
+def diamond(middles: NDArray[np.float64], half_m: float) -> NDArray[np.float32]:
     """Closed outlines of squares that stand on a corner; shape (n, 5, 2)."""
     corners = half_m * np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-    return np.asarray(middles[:, None] + corners)
+    return np.asarray(middles[:, None] + corners, np.float32)
 
 
 def static(entity: str, archetype: rr.AsComponents) -> Chunk:

@@ -113,7 +113,7 @@ class LogTrack:
             decision = ", ".join("none" if number < 0 else str(number) for number in row.tolist())
             if decision != self._decided.get(node, ""):
                 self._decided[node] = decision
-                changed.append((time_ns, f"{self._label(node)} decides: measurements of targets {decision}"))
+                changed.append((time_ns, f"{self._label(node)} decides its measurements' targets: {decision}"))
         times = np.array([time_ns for time_ns, _ in changed], np.int64)
         return times, [text for _, text in changed], ["INFO"] * len(changed)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -84,8 +85,11 @@ class Setting:
 
     def label(self, node: int) -> str:
         """The name of a node id."""
-        row = int(self.scene.rows(np.array([node]))[0])
-        return self.scene.nodes.name[row] if row >= 0 else f"node {node}"
+        return self._names.get(node) or f"node {node}"
+
+    @cached_property
+    def _names(self) -> dict[int, str]:
+        return {int(node): name for node, name in zip(self.scene.nodes.node, self.scene.nodes.name, strict=True)}
 
 
 def entity(*parts: str) -> str:

@@ -1,5 +1,6 @@
 """What a recording holds: exact rows for three frames worked out by hand, and everything that a whole run should show."""
 
+import os
 import re
 import subprocess
 import sys
@@ -168,8 +169,8 @@ def test_log_tells_a_decision_only_when_it_changes(tmp_path: Path) -> None:
             writer.write(Association(1, [], number), number * MS)
     rows = recording(tmp_path / "three.mcap", tmp_path)["/log"]
     assert [(row["sim_time"], row["TextLog:text"]) for row in rows] == [
-        (0, ["a decides: measurements of targets 3, none"]),
-        (2 * MS, ["a decides: measurements of targets 3, 12"]),
+        (0, ["a decides its measurements' targets: 3, none"]),
+        (2 * MS, ["a decides its measurements' targets: 3, 12"]),
     ]
 
 
@@ -301,6 +302,15 @@ def test_a_cut_trace_is_shown_up_to_the_cut(grid: Path, tmp_path: Path) -> None:
     cut.write_bytes(grid.read_bytes()[:-60])
     rows = recording(cut, tmp_path)
     assert "/map/messages/belief" in rows
+
+
+def test_of_a_cut_trace_rerun_itself_says_nothing(grid: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(grid.read_bytes()[:-60])
+    program = f"from netsim import replay; replay.save({str(cut)!r}, {str(tmp_path / 'cut.rrd')!r})"
+    quiet = {name: value for name, value in os.environ.items() if name != "RUST_LOG"}
+    done = subprocess.run([sys.executable, "-c", program], env=quiet, capture_output=True, text=True, check=True)
+    assert "re_mcap" not in done.stdout + done.stderr
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30)

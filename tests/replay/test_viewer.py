@@ -18,6 +18,7 @@ from netsim.errors import NetsimError
 from netsim.replay import style
 
 AT_S = 2.1
+WARNING = (255, 122, 12, 255)  # the viewer's own warnings, such as "Software rasterizer"
 
 
 @pytest.fixture(scope="module")
@@ -32,23 +33,32 @@ def near(picture: np.ndarray, colour: style.Rgba, tolerance: int = 12) -> int:
     return int((np.abs(picture.astype(int) - colour[:3]).max(axis=2) <= tolerance).sum())
 
 
-def test_a_picture_shows_nodes_links_and_messages_and_no_view_complains(grid: Path, tmp_path: Path) -> None:
+def test_pictures_show_nodes_links_and_messages_without_the_viewers_bar(grid: Path, tmp_path: Path) -> None:
+    pictures = [(tmp_path / "first.png", 0.9), (tmp_path / "shot.png", AT_S)]
     try:
-        reports = replay.screenshot(grid, tmp_path / "shot.png", AT_S, size=(1000, 700))
+        reports = replay.screenshots(grid, pictures, size=(1000, 700))
     except NetsimError as error:
         if "no Vulkan driver" in str(error):
             pytest.skip(str(error))
         raise
     assert reports == []
-    picture = np.asarray(Image.open(io.BytesIO((tmp_path / "shot.png").read_bytes())).convert("RGB"))
+    first, picture = (np.asarray(Image.open(io.BytesIO(png.read_bytes())).convert("RGB")) for png, _ in pictures)
+    assert first.shape == picture.shape
+    assert (first != picture).any()
     assert picture.shape[1] / picture.shape[0] == pytest.approx(1000 / 700, rel=0.01)
+    # The uppermost line belongs to the views, as wide as they are: the separator below the top bar is cut off.
+    assert len(np.unique(picture[0], axis=0)) <= 3
+    assert near(picture[: picture.shape[0] // 15], WARNING, 25) == 0
     map_part = picture[:, : int(0.58 * picture.shape[1])]
     assert near(map_part, style.KIND_COLOURS[0]) > 100  # arrows of the first kind
     assert near(map_part, style.ROLE_COLOURS["sink"], 40) > 50
     assert near(map_part, style.SINK_RIM, 40) > 50
+    assert near(map_part, style.TARGET, 40) > 30
     full = style.energy_colours(np.array([0.95]))[0]
     assert near(map_part, tuple(map(int, full)), 40) > 500
     assert near(map_part, style.BACKGROUND) > 20_000
+    below = map_part[int(0.82 * len(map_part)) :]
+    assert near(below, style.COLLIDED, 40) > 30  # the legend
 
 
 def test_without_a_vulkan_driver_the_remedy_is_told(
