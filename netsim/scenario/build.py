@@ -250,4 +250,4 @@ class _Builder:
             medium = self._medium
             busy = lambda: medium.is_busy(place.id)  # noqa: E731
             return CsmaMac(self._clock, radio, busy, uniforms.next, parameters, deliver)
-        return IdealMac(self._clock, radio, deliver)
+        return IdealMac(radio, deliver)

@@ -154,8 +154,8 @@ def test_nodes_that_speak_across_each_other_over_the_ideal_medium_do_not_hang(ga
 
 def test_the_ideal_mac_sends_one_after_the_other_and_sleeps():
     rig = Rig(mesh(2), medium=ideal(delay_ns=5 * US))
-    mac = IdealMac(rig.clock, rig.stations[0].radio, lambda packet, source: None)
-    IdealMac(rig.clock, rig.stations[1].radio, lambda packet, source: rig.delivered.append((rig.clock.now_ns, packet)))
+    mac = IdealMac(rig.stations[0].radio, lambda packet, source: None)
+    IdealMac(rig.stations[1].radio, lambda packet, source: rig.delivered.append((rig.clock.now_ns, packet)))
     done = []
     for packet in (b"a", b"b"):
         mac.submit(LinkJob(1, packet, "k", 1, lambda delivery: done.append((rig.clock.now_ns, delivery.acknowledged))))

@@ -4,17 +4,16 @@ A callback state machine: back off a random number of unit periods, assess the c
 send, wait for the acknowledgement.
 """
 
-from collections import deque
 from collections.abc import Callable
 from typing import Annotated, Literal
 
 from annotated_types import Ge, Le
 
-from netsim.api import BROADCAST, Delivery
+from netsim.api import BROADCAST
 from netsim.parameters import PositiveInt, parameters
 from netsim.sim.clock import Clock
 from netsim.sim.frames import LinkFrame
-from netsim.sim.mac.link import Deliver, Duplicates, LinkJob
+from netsim.sim.mac.link import Deliver, Duplicates, LinkJob, QueuedMac
 from netsim.sim.medium import CCA_SYMBOLS
 from netsim.sim.radio import Radio
 
@@ -53,7 +52,7 @@ class CsmaParameters:
             raise ValueError(message)
 
 
-class CsmaMac:
+class CsmaMac(QueuedMac):
     """See the module.
 
     Args:
@@ -74,15 +73,13 @@ class CsmaMac:
         parameters: CsmaParameters,
         deliver: Deliver,
     ) -> None:
+        super().__init__(radio, parameters.queue_frames)
         self._clock = clock
-        self._radio = radio
         self._channel_busy = channel_busy
         self._uniform = uniform
         self._parameters = parameters
         self._deliver = deliver
         self._duplicates = Duplicates()
-        self._queue: deque[LinkJob] = deque()
-        self._job: LinkJob | None = None
         self._sequence = int(uniform() * 256)
         self._attempt = 0
         self._backoffs = 0
@@ -91,52 +88,18 @@ class CsmaMac:
         self._sent_byte = 0
         self._awaits_ack = False
         self._step = 0  # counts steps of the exchange, so that an overtaken timer knows it
-        self._wants_sleep = False
         radio.on_receive = self._on_receive
         radio.on_transmitted = self._on_transmitted
-        radio.on_ready = self._next
-
-    @property
-    def pending(self) -> int:
-        """See `Mac.pending`."""
-        return len(self._queue) + (self._job is not None)
-
-    def submit(self, job: LinkJob) -> None:
-        """See `Mac.submit`."""
-        if len(self._queue) >= self._parameters.queue_frames:
-            job.done(Delivery(acknowledged=False, reason="queue_full", attempts=0))
-            return
-        self._queue.append(job)
-        self._next()
-
-    def sleep(self) -> None:
-        """See `Mac.sleep`."""
-        self._wants_sleep = True
-        self._next()
-
-    def wake(self) -> None:
-        """See `Mac.wake`."""
-        self._wants_sleep = False
-        self._radio.wake()
 
     def stop(self) -> None:
         """See `Mac.stop`."""
-        self._queue.clear()
-        self._job = None
+        super().stop()
         self._step += 1
 
-    def _next(self) -> None:
-        if self._job is not None:
-            return
-        if self._queue and not self._radio.is_awake:
-            self._radio.wake()
-        elif self._queue:
-            self._job = self._queue.popleft()
-            self._sequence = (self._sequence + 1) % 256
-            self._attempt = 0
-            self._contend()
-        elif self._wants_sleep and self._radio.can_transmit:
-            self._radio.sleep()
+    def _begin(self, job: LinkJob) -> None:
+        self._sequence = (self._sequence + 1) % 256
+        self._attempt = 0
+        self._contend()
 
     def _contend(self) -> None:
         self._backoffs = 0
@@ -157,7 +120,7 @@ class CsmaMac:
         self._backoffs += 1
         self._exponent = min(self._exponent + 1, self._parameters.max_be)
         if self._backoffs > self._parameters.max_backoffs:
-            self._finish("channel_busy")
+            self._end_exchange("channel_busy")
         else:
             self._back_off()
 
@@ -183,7 +146,7 @@ class CsmaMac:
 
     def _on_transmitted(self, frame: LinkFrame) -> None:
         if frame.is_ack:
-            self._next()
+            self._proceed()
             return
         self._attempt += 1
         self._sent_byte = frame.psdu_byte
@@ -192,7 +155,7 @@ class CsmaMac:
             self._awaits_ack = True
             self._after(ACK_WAIT_SYMBOLS * self._radio.device.symbol_ns, self._ack_missing)
         else:
-            self._finish("")
+            self._end_exchange("")
 
     def _space_after(self, psdu_byte: int) -> None:
         """Leave room after a frame, or after its acknowledgement where one came (7.5.1.3)."""
@@ -202,23 +165,21 @@ class CsmaMac:
     def _ack_missing(self) -> None:
         self._awaits_ack = False
         if self._attempt > self._parameters.max_retries:
-            self._finish("no_ack")
+            self._end_exchange("no_ack")
         else:
             self._contend()
 
-    def _finish(self, reason: str) -> None:
-        job, self._job = self._job, None
+    def _end_exchange(self, reason: str) -> None:
+        """The job is done, or given up for a reason: no timer of it counts any more."""
         self._awaits_ack = False
         self._step += 1
-        if job is not None:
-            job.done(Delivery(acknowledged=not reason, reason=reason, attempts=self._attempt))
-        self._next()
+        self._finish(reason, self._attempt)
 
     def _on_receive(self, frame: LinkFrame) -> None:
         if frame.is_ack:
             if self._awaits_ack and frame.is_for(self._radio.node) and frame.sequence == self._sequence:
                 self._space_after(self._sent_byte)
-                self._finish("")
+                self._end_exchange("")
         elif frame.is_for(self._radio.node):
             if frame.wants_ack and self._radio.can_transmit:  # only over the ideal medium it may be sending itself
                 self._acknowledge(frame)

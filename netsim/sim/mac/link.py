@@ -1,11 +1,14 @@
 """What every MAC offers and needs: jobs from the network layer, frames from the radio."""
 
+from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 from netsim.api import Delivery
 from netsim.sim.frames import LinkFrame
+from netsim.sim.radio import Radio
 
 
 @dataclass(slots=True, eq=False)
@@ -54,6 +57,74 @@ class Mac(Protocol):
     def stop(self) -> None:
         """The node died: drop everything."""
         ...
+
+
+class QueuedMac(ABC):
+    """What MACs with a queue share: jobs wait, one at a time is under way, and the radio sleeps between them if wished.
+
+    Args:
+        radio: This node's radio.
+        most_waiting: How many jobs can wait; None for any number.
+    """
+
+    def __init__(self, radio: Radio, most_waiting: int | None) -> None:
+        self._radio = radio
+        self._most_waiting = most_waiting
+        self._waiting: deque[LinkJob] = deque()
+        self._job: LinkJob | None = None
+        self._wants_sleep = False
+        radio.on_ready = self._proceed
+
+    @property
+    def pending(self) -> int:
+        """See `Mac.pending`."""
+        return len(self._waiting) + (self._job is not None)
+
+    def submit(self, job: LinkJob) -> None:
+        """See `Mac.submit`."""
+        if self._most_waiting is not None and len(self._waiting) >= self._most_waiting:
+            job.done(Delivery(acknowledged=False, reason="queue_full", attempts=0))
+            return
+        self._waiting.append(job)
+        self._proceed()
+
+    def sleep(self) -> None:
+        """See `Mac.sleep`."""
+        self._wants_sleep = True
+        self._proceed()
+
+    def wake(self) -> None:
+        """See `Mac.wake`."""
+        self._wants_sleep = False
+        self._radio.wake()
+
+    def stop(self) -> None:
+        """See `Mac.stop`."""
+        self._waiting.clear()
+        self._job = None
+
+    @abstractmethod
+    def _begin(self, job: LinkJob) -> None:
+        """Start with a job; `_finish` ends it."""
+
+    def _finish(self, reason: str, attempts: int) -> None:
+        """The job under way is done, or given up for a reason."""
+        job, self._job = self._job, None
+        if job is not None:
+            job.done(Delivery(acknowledged=not reason, reason=reason, attempts=attempts))
+        self._proceed()
+
+    def _proceed(self) -> None:
+        """Begin the next job, or let the radio sleep, if it is time for that."""
+        if self._job is not None:
+            return
+        if self._waiting and not self._radio.is_awake:
+            self._radio.wake()
+        elif self._waiting:
+            self._job = self._waiting.popleft()
+            self._begin(self._job)
+        elif self._wants_sleep and self._radio.can_transmit:
+            self._radio.sleep()
 
 
 class Duplicates:
