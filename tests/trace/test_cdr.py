@@ -104,8 +104,8 @@ def test_schema_says_fields_units_and_codes() -> None:
         NodeLife(0, 5, ""),  # type: ignore[arg-type]
         GraphMessages(0, 0, [-1], [0], [0], 0, 0.0, 1, 0),
         GraphMessages(0, 0, np.array([-1]), [0], [0], 0, 0.0, 1, 0),
-        GraphMessages(0, 0, np.zeros((1, 1), np.uint32), [0], [0], 0, 0.0),
-        GraphMessages(0, 0, [2**32] * 100, [0], [0], 0, 0.0),
+        GraphMessages(0, 0, np.zeros((1, 1), np.uint32), [0], [0], 0, 0.0, 1, 0),
+        GraphMessages(0, 0, [2**32] * 100, [0], [0], 0, 0.0, 1, 0),
         object(),
     ],
 )
