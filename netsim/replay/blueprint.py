@@ -12,8 +12,9 @@ from netsim.replay.options import Pace
 from netsim.replay.track import TIMELINE
 from netsim.units import NS_PER_S
 
-_RADIO_WINDOW_S = 0.25
+_RADIO_WINDOW_S = 0.1
 _MOST_LANES = 7
+_LANE_COLOURS = "orange sends, green receives, red collides"  # as in `style.RADIO_COLOURS`
 # Heights in points, for a window of the usual height: a radio view shows whole lanes only.
 _RIGHT_SIDE = 816.0
 _LANE = 39.5
@@ -107,10 +108,9 @@ def _radio(lanes: Sequence[str]) -> rrb.StateTimelineView | rrb.Tabs | None:
     """The busiest nodes' lanes as far as they fit; all of them in a tab behind."""
     if not lanes:
         return None
-    window = f"\u00b1 {_RADIO_WINDOW_S:g} s"
     if len(lanes) <= _MOST_LANES:
-        return _lanes("/radio/**", f"Radio (cursor {window})")
-    busiest = _lanes(list(lanes[:_MOST_LANES]), f"Radio of the {_MOST_LANES} busiest nodes (cursor {window})")
+        return _lanes("/radio/**", f"Radios: {_LANE_COLOURS}")
+    busiest = _lanes(list(lanes[:_MOST_LANES]), f"{_MOST_LANES} busiest radios: {_LANE_COLOURS}")
     return rrb.Tabs(busiest, _lanes("/radio/**", f"All {len(lanes)}"), active_tab=0)
 
 

@@ -160,7 +160,7 @@ def _lines(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> I
             strips.append(np.array([[left, place[1]], [left + 0.85 * length, place[1]]]))
             colours.append(colour)
     if strips:
-        lines = rr.LineStrips2D(strips, colors=colours, radii=[-1.0], draw_order=style.ORDER["legend"])
+        lines = rr.LineStrips2D(strips, colors=colours, radii=[-1.4], draw_order=style.ORDER["legend"])
         yield static("/map/legend/lines", lines)
 
 

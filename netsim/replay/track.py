@@ -15,7 +15,7 @@ from netsim.replay.options import Pace, ReplayOptions
 from netsim.replay.scene import Scene
 from netsim.replay.source import Batch
 
-TIMELINE = "sim_time"
+TIMELINE = "simulated_time"
 
 
 class Track(Protocol):

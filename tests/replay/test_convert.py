@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import warnings
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,12 @@ from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 from netsim import replay
 from netsim.errors import ScenarioError, TraceError
 from netsim.replay import ReplayOptions
+from netsim.replay.lanes import LaneTrack
 from netsim.replay.legend import Mark, rows_of
 from netsim.replay.options import decide, nice
+from netsim.replay.scene import load_scene
+from netsim.replay.source import batches
+from netsim.replay.track import Kinds, Setting
 from netsim.trace.cdr import wire_types
 from netsim.trace.events import (
     BROADCAST,
@@ -67,7 +72,7 @@ def named_nodes(*names: str, battery_j: float | list[float] = 1.0, spacing_m: fl
 
 
 def recording(trace: Path, folder: Path, **options: Any) -> Table:
-    """The rows of a converted trace by entity; static rows have no `sim_time`."""
+    """The rows of a converted trace by entity; static rows have no `simulated_time`."""
     replay.save(trace, folder / "out.rrd", ReplayOptions(**options))
     rows: Table = {}
     for chunk in RrdReader(folder / "out.rrd").stream():
@@ -82,7 +87,11 @@ def recording(trace: Path, folder: Path, **options: Any) -> Table:
 
 def timed(rows: list[dict[str, Any]], component: str) -> dict[int, Any]:
     """Instant -> value of a component, for the rows that have both."""
-    return {row["sim_time"]: row[component] for row in rows if "sim_time" in row and row.get(component) is not None}
+    return {
+        row["simulated_time"]: row[component]
+        for row in rows
+        if "simulated_time" in row and row.get(component) is not None
+    }
 
 
 @pytest.fixture(scope="module")
@@ -111,11 +120,11 @@ def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
     np.testing.assert_allclose(origins, [[gap, aside], [aside, -gap]], atol=1e-5)
     collided = rows["/map/losses/collided"]
     assert sorted(timed(collided, "Arrows2D:labels").values()) == [[], ["collided"], ["collided"], ["collided"]]
-    assert [row["Arrows2D:show_labels"] for row in collided if "sim_time" not in row] == [[False]]
+    assert [row["Arrows2D:show_labels"] for row in collided if "simulated_time" not in row] == [[False]]
     np.testing.assert_allclose(timed(collided, "Arrows2D:vectors")[200 * MS], [[-0.6 * shaft, 0]], atol=1e-5)
     assert sorted(timed(rows["/map/acks"], "Arrows2D:vectors")) == [400 * MS, 450 * MS, 500 * MS, 550 * MS]
     assert "/map/messages/data" not in rows  # only its acknowledgement was received
-    states = [(row["sim_time"], row["StateChange:state"]) for row in rows["/radio/a"] if "sim_time" in row]
+    states = [(row["simulated_time"], row["StateChange:state"]) for row in rows["/radio/a"] if "simulated_time" in row]
     assert [(time_ns // MS, state[0]) for time_ns, state in states] == [
         (0, "listen"), (100, "transmit"), (100, "collided"), (102, "listen"), (103, "listen"), (400, "transmit"),
         (401, "listen"),
@@ -168,7 +177,7 @@ def test_log_tells_a_decision_only_when_it_changes(tmp_path: Path) -> None:
             writer.write(Association(0, targets, number), number * MS)
             writer.write(Association(1, [], number), number * MS)
     rows = recording(tmp_path / "three.mcap", tmp_path)["/log"]
-    assert [(row["sim_time"], row["TextLog:text"]) for row in rows] == [
+    assert [(row["simulated_time"], row["TextLog:text"]) for row in rows] == [
         (0, ["a decides its measurements' targets: 3, none"]),
         (2 * MS, ["a decides its measurements' targets: 3, 12"]),
     ]
@@ -188,7 +197,7 @@ def test_kinds_nodes_and_window_select(grid: Path, tmp_path: Path) -> None:
         "/radio/n06",
         "/plots/energy/n06",
     }
-    instants = [row["sim_time"] for row in rows["/map/messages/belief"] if "sim_time" in row]
+    instants = [row["simulated_time"] for row in rows["/map/messages/belief"] if "simulated_time" in row]
     assert min(instants) >= 5 * 10**9
     assert max(instants) <= 7.2 * 10**9
 
@@ -198,11 +207,16 @@ def test_a_late_window_remembers_what_still_holds(grid: Path, tmp_path: Path) ->
     start = round(19.1 * 1e9)
     assert list(timed(rows["/map/dead"], "Points2D:positions")) == [start]
     assert list(timed(rows["/map/nodes"], "Points2D:colors")) == [start]
-    lane = [row["StateChange:state"] for row in rows[f"/radio/n{DEAD_NODE}"] if "sim_time" in row]
+    lane = [row["StateChange:state"] for row in rows[f"/radio/n{DEAD_NODE}"] if "simulated_time" in row]
     assert lane[-1] == ["dead"]
-    times = [row["sim_time"] for path, part in rows.items() for row in part if "sim_time" in row and path != "/map"]
+    times = [
+        row["simulated_time"]
+        for path, part in rows.items()
+        for row in part
+        if "simulated_time" in row and path != "/map"
+    ]
     assert min(times) >= start - 10**9  # a bar of a rate may begin before
-    assert min(row["sim_time"] for row in rows["/log"]) >= start
+    assert min(row["simulated_time"] for row in rows["/log"]) >= start
     assert min(timed(rows["/map/targets"], "LineStrips2D:strips")) >= start
 
 
@@ -243,7 +257,7 @@ def test_small_drains_are_plotted_as_energy_used(tmp_path: Path) -> None:
 
 def test_curves_that_coincide_are_shown_as_one(tmp_path: Path) -> None:
     rows = energy_of(tmp_path, [10.0] * 20, [5.0] * 19 + [4.9])
-    assert [row["SeriesLines:names"] for row in rows["/plots/energy_of_all"] if "sim_time" not in row] == [
+    assert [row["SeriesLines:names"] for row in rows["/plots/energy_of_all"] if "simulated_time" not in row] == [
         ["20 nodes, all within 1 %"]
     ]
     assert timed(rows["/plots/energy_of_all"], "Scalars:scalars")[10 * MS] == pytest.approx([4.995])
@@ -288,6 +302,16 @@ def test_of_a_sender_one_reason_is_told_and_of_many_none(tmp_path: Path) -> None
     assert labels[400 * MS] == []
     assert max(labels) < 800 * MS
     assert 800 * MS in timed(rows["/map/losses/acks"], "Arrows2D:vectors")
+
+
+def test_the_busiest_radios_come_first(grid: Path) -> None:
+    sent: Counter[int] = Counter(event.source for _, event in read_trace(grid, {"/frames"}) if isinstance(event, Frame))
+    scene = load_scene(grid)
+    pace = decide(ReplayOptions(), 20 * 10**9)
+    lanes = LaneTrack(Setting(scene, pace, ReplayOptions(), Kinds(None), np.ones(NODES, bool), drained=False))
+    for batch in batches(grid, ["/frames"], 0, pace.end_ns):
+        assert list(lanes.take(batch))
+    assert lanes.busiest() == [f"/radio/n{node:02d}" for node in sorted(range(NODES), key=lambda n: (-sent[n], n))]
 
 
 def test_on_mains_the_energy_consumed_is_plotted(tmp_path: Path) -> None:
