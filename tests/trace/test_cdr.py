@@ -73,8 +73,10 @@ def test_lists_and_arrays_have_the_same_bytes(event_type: type[Event]) -> None:
 
 
 def test_bytes_follow_the_standard_to_the_letter() -> None:
-    event = GraphMessages(1, 2, [3], [], [1], 4, 0.5)
-    expected = b"\x00\x01\x00\x00" + struct.pack("<2I2II", 1, 2, 1, 3, 0) + struct.pack("<IB3xId", 1, 1, 4, 0.5)
+    event = GraphMessages(1, 2, [3], [], [1], 4, 0.5, 1, -9)
+    expected = (
+        b"\x00\x01\x00\x00" + struct.pack("<2I2II", 1, 2, 1, 3, 0) + struct.pack("<IB3xIdB7xq", 1, 1, 4, 0.5, 1, -9)
+    )
     assert encode(event) == expected
     assert encode(Marginals(1, 2, [0.5], 3, 1))[4:] == struct.pack("<III4xdIB", 1, 2, 1, 0.5, 3, 1)
     assert encode(Marginals(1, 2, [], 3, 0))[4:] == struct.pack("<IIIIB", 1, 2, 0, 3, 0)
