@@ -10,88 +10,34 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from rerun.chunk import McapReader, RrdReader
+from recordings import MS, Table, named_nodes, recording, timed, write_three_frames
+from rerun.chunk import McapReader
 from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 
 from netsim import replay
-from netsim.errors import ScenarioError, TraceError
+from netsim.errors import TraceError
 from netsim.replay import ReplayOptions
 from netsim.replay.lanes import LaneTrack
-from netsim.replay.legend import Mark, rows_of
 from netsim.replay.options import decide, nice
 from netsim.replay.scene import load_scene
 from netsim.replay.source import batches
 from netsim.replay.track import Kinds, Setting
 from netsim.trace.cdr import wire_types
 from netsim.trace.events import (
-    BROADCAST,
     EVENT_TYPES,
     OUTCOME_CODE,
     Association,
     Frame,
     LinkTable,
     MessageSent,
-    NodeEnergy,
     NodeLife,
     NodeTable,
 )
 from netsim.trace.reader import TruncatedTraceWarning, read_trace
 from netsim.trace.writer import TraceWriter
-
-MS = 1_000_000
-Table = dict[str, list[dict[str, Any]]]
-
-
-def write_three_frames(path: Path) -> None:
-    """Nodes at (0, 0), (10, 0) and (0, 10): a broadcast, a collision and an acknowledgement."""
-    got, hit, ears = OUTCOME_CODE["received"], OUTCOME_CODE["collided"], ([-60.0] * 2, [9.0] * 2)
-    frames = [
-        Frame(0, 100 * MS, 102 * MS, 0, BROADCAST, "hello", 0, 20, 0, 1, 0.0, [1, 2], [got, got], *ears),
-        Frame(1, 100 * MS, 103 * MS, 1, 0, "data", 0, 20, 0, 2, 0.0, [0, 2], [hit, hit], *ears),
-        Frame(2, 400 * MS, 401 * MS, 0, 1, "data", 1, 5, 0, 2, 0.0, [1, 2], [got, OUTCOME_CODE["overheard"]], *ears),
-    ]
-    with TraceWriter(path, {}) as writer:
-        names, three = ["a", "b", "c"], [""] * 3
-        table = NodeTable([0, 1, 2], names, three, ["sensor"] * 3, [0, 10, 0], [0, 0, 10], three, three, [1.0] * 3)
-        writer.write(table, 0)
-        writer.write(LinkTable([0, 1], [1, 0], [-60.0] * 2, [1.0, 0.9]), 0)
-        for frame in frames:
-            writer.write(frame, frame.t_end_ns)
-
-
-def named_nodes(*names: str, battery_j: float | list[float] = 1.0, spacing_m: float = 10.0) -> NodeTable:
-    """Sensors in a row."""
-    count, none = len(names), [""] * len(names)
-    xs = [spacing_m * number for number in range(count)]
-    full = battery_j if isinstance(battery_j, list) else [battery_j] * count
-    return NodeTable(range(count), names, none, ["sensor"] * count, xs, [0] * count, none, none, full)
-
-
-def recording(trace: Path, folder: Path, **options: Any) -> Table:
-    """The rows of a converted trace by entity; static rows have no `simulated_time`."""
-    replay.save(trace, folder / "out.rrd", ReplayOptions(**options))
-    rows: Table = {}
-    for chunk in RrdReader(folder / "out.rrd").stream():
-        batch = chunk.to_record_batch()
-        for name in batch.schema.names:
-            if pa.types.is_duration(batch.schema.field(name).type):
-                index = batch.schema.get_field_index(name)
-                batch = batch.set_column(index, name, batch.column(index).cast(pa.int64()))
-        rows.setdefault(str(chunk.entity_path), []).extend(batch.to_pylist())
-    return rows
-
-
-def timed(rows: list[dict[str, Any]], component: str) -> dict[int, Any]:
-    """Instant -> value of a component, for the rows that have both."""
-    return {
-        row["simulated_time"]: row[component]
-        for row in rows
-        if "simulated_time" in row and row.get(component) is not None
-    }
 
 
 @pytest.fixture(scope="module")
@@ -220,50 +166,6 @@ def test_a_late_window_remembers_what_still_holds(grid: Path, tmp_path: Path) ->
     assert min(timed(rows["/map/targets"], "LineStrips2D:strips")) >= start
 
 
-def test_many_nodes_are_summarised(grid: Path, tmp_path: Path) -> None:
-    rows = recording(grid, tmp_path, detail_nodes=10)
-    assert {path for path in rows if path.startswith("/plots/energy")} == {
-        f"/plots/energy/{name}" for name in ("least", "mean", "most")
-    }
-    assert not any(path.startswith("/radio") for path in rows)
-
-
-def energy_of(folder: Path, full_j: list[float], left_j: list[float]) -> Table:
-    """What is recorded of two samples of energy: full, and this much left."""
-    with TraceWriter(folder / "energy.mcap", {}) as writer:
-        nodes = range(len(full_j))
-        writer.write(named_nodes(*(f"n{node}" for node in nodes), battery_j=full_j), 0)
-        writer.write(NodeEnergy(nodes, [0.0] * len(full_j), full_j), 0)
-        used = [full - left for full, left in zip(full_j, left_j, strict=True)]
-        writer.write(NodeEnergy(nodes, used, left_j), 10 * MS)
-    return recording(folder / "energy.mcap", folder)
-
-
-def test_unequal_batteries_are_plotted_as_fractions(tmp_path: Path) -> None:
-    rows = energy_of(tmp_path, [1.0, 18000.0], [0.25, 17820.0])
-    assert timed(rows["/plots/energy/n0"], "Scalars:scalars") == {0: [100.0], 10 * MS: [25.0]}
-    assert timed(rows["/plots/energy/n1"], "Scalars:scalars") == {0: [100.0], 10 * MS: [99.0]}
-
-
-def test_like_batteries_are_plotted_in_joules(tmp_path: Path) -> None:
-    rows = energy_of(tmp_path, [1.0, 3.0], [0.25, 2.0])
-    assert timed(rows["/plots/energy/n1"], "Scalars:scalars") == {0: [3.0], 10 * MS: [2.0]}
-
-
-def test_small_drains_are_plotted_as_energy_used(tmp_path: Path) -> None:
-    rows = energy_of(tmp_path, [1.0, 18000.0], [0.95, 17999.0])
-    assert timed(rows["/plots/energy/n1"], "Scalars:scalars") == {0: [0.0], 10 * MS: [1.0]}
-
-
-def test_curves_that_coincide_are_shown_as_one(tmp_path: Path) -> None:
-    rows = energy_of(tmp_path, [10.0] * 20, [5.0] * 19 + [4.9])
-    assert [row["SeriesLines:names"] for row in rows["/plots/energy_of_all"] if "simulated_time" not in row] == [
-        ["20 nodes, all within 1 %"]
-    ]
-    assert timed(rows["/plots/energy_of_all"], "Scalars:scalars")[10 * MS] == pytest.approx([4.995])
-    assert "/plots/energy_of_all" not in energy_of(tmp_path, [10.0] * 20, [5.0] * 19 + [1.0])
-
-
 def test_links_thin_out_where_they_crowd_and_go_with_the_dead(tmp_path: Path) -> None:
     count = 20
     pairs = [(a, b) for a in range(count) for b in range(count) if a != b]
@@ -312,13 +214,6 @@ def test_the_busiest_radios_come_first(grid: Path) -> None:
     for batch in batches(grid, ["/frames"], 0, pace.end_ns):
         assert list(lanes.take(batch))
     assert lanes.busiest() == [f"/radio/n{node:02d}" for node in sorted(range(NODES), key=lambda n: (-sent[n], n))]
-
-
-def test_on_mains_the_energy_consumed_is_plotted(tmp_path: Path) -> None:
-    write_synthetic(tmp_path / "mains.mcap", duration_s=3.0, mains=True)
-    rows = recording(tmp_path / "mains.mcap", tmp_path)
-    assert timed(rows["/plots/energy/n01"], "Scalars:scalars")[0] == [0.0]
-    assert len(set(map(tuple, timed(rows["/map/nodes"], "Points2D:colors").values()))) == 1
 
 
 def test_a_cut_trace_is_shown_up_to_the_cut(grid: Path, tmp_path: Path) -> None:
@@ -413,71 +308,3 @@ def test_rerun_decodes_what_we_encode(grid: Path) -> None:
 def test_importing_replay_does_not_import_rerun() -> None:
     program = "import sys, netsim.replay; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
-
-
-def test_nodes_are_known_by_id_and_name(grid: Path) -> None:
-    assert replay.node_ids(grid, ["7", "n07", " n12"]) == {7, 12}
-    with pytest.raises(ScenarioError, match=r"nodes: expected some of n00, n01, .*25 in all.*; got n99, 31"):
-        replay.node_ids(grid, ["n99", "7", "31"])
-
-
-def test_what_a_trace_has_not_is_named(grid: Path, tmp_path: Path) -> None:
-    kinds = r"message kinds: expected some of (belief, observations|observations, belief); got gossip"
-    cases = [
-        (ReplayOptions(kinds=frozenset({"belief", "gossip"})), kinds),
-        (ReplayOptions(nodes=frozenset({6, 99})), r"nodes: expected some of 0 \(n00\), .*; got 99"),
-        (ReplayOptions(start_s=21.0), "start: expected a time up to 20 s"),
-        (ReplayOptions(start_s=3.0, end_s=3.0), "end: expected a time after the start"),
-    ]
-    for options, complaint in cases:
-        with pytest.raises(ScenarioError, match=complaint):
-            replay.check_window(grid, options)
-        with pytest.raises(ScenarioError, match=complaint):
-            replay.save(grid, tmp_path / "none.rrd", options)
-    replay.check_window(grid, ReplayOptions(kinds=frozenset({"belief"}), nodes=frozenset({6}), start_s=19.0))
-
-
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
-@pytest.mark.parametrize("name", ["speed", "hold_s", "tick_s"])
-def test_paces_are_positive_and_finite(name: str, value: float) -> None:
-    with pytest.raises(ScenarioError, match=f"{name.removesuffix('_s')}: expected a finite number > 0"):
-        ReplayOptions(**{name: value})
-
-
-def test_a_picture_is_a_png_and_a_recording_a_recording(grid: Path, tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match=r"x.jpg: expected the name of a picture that ends in .png"):
-        replay.screenshot(grid, tmp_path / "x.jpg", 1.0)
-    with pytest.raises(ScenarioError, match="expected an instant"):
-        replay.screenshot(grid, tmp_path / "x.png", float("nan"))
-    false = tmp_path / "false.rrd"
-    false.write_bytes(grid.read_bytes())
-    with pytest.raises(TraceError, match="not a Rerun recording"):
-        replay.screenshot(false, tmp_path / "x.png", 1.0)
-    with pytest.raises(TraceError, match="cannot read the recording"):
-        replay.screenshot(tmp_path / "nowhere.rrd", tmp_path / "x.png", 1.0)
-
-
-@pytest.mark.parametrize("words", [1, 7, 40])
-def test_the_legend_is_whole_and_in_even_rows(words: int) -> None:
-    entries = [Mark(f"entry {number}") for number in range(words)]
-    rows = rows_of(entries)
-    assert [entry for row in rows for entry in row] == entries
-    sizes = [len(row) for row in rows]
-    assert max(sizes) - min(sizes) <= 1 + words // 10
-    assert max(sum(len(entry.label) + 4 for entry in row) for row in rows) <= 84 + 16
-
-
-@pytest.mark.parametrize(("value", "expected"), [(1.0, 1.0), (0.9, 0.5), (19.9, 10.0), (20, 20.0), (0.049, 0.02)])
-def test_nice_steps(value: float, expected: float) -> None:
-    assert nice(value) == pytest.approx(expected)
-
-
-def test_pace_fits_the_length() -> None:
-    assert decide(ReplayOptions(), 30 * 10**9).speed == 0.5
-    assert decide(ReplayOptions(), 10**9).speed == 0.05
-    assert decide(ReplayOptions(), 9000 * 10**9).speed == 2.0
-    assert decide(ReplayOptions(speed=7.0), 10**9).speed == 7.0
-    pace = decide(ReplayOptions(start_s=2, end_s=4, speed=1.0), 10**10)
-    assert (pace.start_ns, pace.end_ns, pace.hold_ns, pace.tick_ns) == (2 * 10**9, 4 * 10**9, 150 * MS, 50 * MS)
-    slow = decide(ReplayOptions(speed=0.1, end_s=1), 10**10)
-    assert (slow.hold_ns, slow.tick_ns) == (75 * MS, 10 * MS)
