@@ -16,10 +16,10 @@ _RADIO_WINDOW_S = 0.1
 _MOST_LANES = 7
 _LANE_COLOURS = "orange sends, green receives, red collides"  # as in `style.RADIO_COLOURS`
 # Heights in points, for a window of the usual height: a radio view shows whole lanes only.
-_RIGHT_SIDE = 816.0
+_RIGHT_SIDE = 869.0
 _LANE = 39.5
-_LANES_FRAME = 33.0
-_LOG = 190.0
+_LANES_FRAME = 53.0
+_LOG = 203.0
 
 Ranges = tuple[tuple[float, float], tuple[float, float]]
 

@@ -38,8 +38,7 @@ class NodeColourTrack:
         """One row of colours a sample."""
         if not self._begun:
             yield from self.finish()
-        before = batch.time_ns < self._start[0]
-        batch = batch.where(~before | ~np.append(before[1:], False))  # of those before, only the last still holds
+        batch = batch.from_start(int(self._start[0]))
         node, lengths = batch.rows("node")
         left_j, _ = batch.rows("left_j")
         row = self._scene.rows(node)
@@ -47,8 +46,7 @@ class NodeColourTrack:
         battery = np.isfinite(self._full_j[row])
         fraction = np.clip(left_j[battery] / np.maximum(self._full_j[row][battery], 1e-30), 0.0, 1.0)
         colours[battery] = style.energy_colours(fraction)
-        time_ns = np.maximum(batch.time_ns, self._start[0])
-        yield self._chunk(time_ns, colours[np.argsort(_within_sample(row, lengths), kind="stable")], lengths)
+        yield self._chunk(batch.time_ns, colours[np.argsort(_within_sample(row, lengths), kind="stable")], lengths)
 
     def finish(self) -> Iterator[Chunk]:
         """The colours of the start, if there was no sample."""
@@ -107,15 +105,17 @@ class TargetTrack:
     """The true targets: hollow diamonds, so that they are not taken for nodes and hide nothing."""
 
     topics = (TruthTargets.topic,)
-    past = False
+    past = True
 
     def __init__(self, setting: Setting) -> None:
         self._radius_m = 0.42 * setting.scene.radius_m
+        self._start_ns = setting.pace.start_ns
         self._begun = False
         self._few = False
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One row of positions a sample."""
+        batch = batch.from_start(self._start_ns)
         target, lengths = batch.rows("target")
         if not self._begun:
             self._begun = True

@@ -56,6 +56,12 @@ class Batch:
         """The events that a mask picks."""
         return Batch(self.topic, self.time_ns[mask], self.fields.filter(pa.array(mask)))
 
+    def from_start(self, start_ns: int) -> "Batch":
+        """The events from an instant on, and the last one before it as if it had happened just then."""
+        before = self.time_ns < start_ns
+        kept = self.where(~before | ~np.append(before[1:], False))
+        return Batch(self.topic, np.maximum(kept.time_ns, start_ns), kept.fields)
+
 
 def batches(path: Path, topics: Sequence[str], start_ns: int, end_ns: int) -> Iterator[Batch]:
     """The events of some topics recorded in [start, end).

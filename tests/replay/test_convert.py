@@ -163,7 +163,7 @@ def test_a_late_window_remembers_what_still_holds(grid: Path, tmp_path: Path) ->
     ]
     assert min(times) >= start - 10**9  # a bar of a rate may begin before
     assert min(row["simulated_time"] for row in rows["/log"]) >= start
-    assert min(timed(rows["/map/targets"], "LineStrips2D:strips")) >= start
+    assert min(timed(rows["/map/targets"], "LineStrips2D:strips")) == start
 
 
 def test_links_thin_out_where_they_crowd_and_go_with_the_dead(tmp_path: Path) -> None:
