@@ -1,10 +1,11 @@
 """Which neighbour is next on the way to a node."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Literal, Protocol
 
-import networkx as nx
+import numpy as np
 from annotated_types import Gt, Le
+from numpy.typing import NDArray
 
 from netsim.api import Neighbour
 from netsim.parameters import parameters
@@ -54,7 +55,12 @@ class ShortestPaths:
     """
 
     def __init__(self, neighbours: Mapping[int, Sequence[Neighbour]], parameters: ShortestPathParameters) -> None:
-        self._graph = _links(neighbours, parameters)
+        self._nodes = sorted(neighbours)
+        self._index = {node: index for index, node in enumerate(self._nodes)}
+        links = sorted(_links(neighbours, parameters))
+        self._from = np.array([self._index[node] for node, _, _ in links], np.intp)
+        self._to = np.array([self._index[other] for _, other, _ in links], np.intp)
+        self._cost = np.array([cost for _, _, cost in links], float)
         self._towards: dict[int, dict[int, int]] = {}
 
     def next_hop(self, node: int, destination: int) -> int | None:
@@ -65,24 +71,36 @@ class ShortestPaths:
 
     def _tree(self, destination: int) -> dict[int, int]:
         """For each node with a way to `destination`, its next hop; among equals the lowest id."""
-        cost = nx.single_source_dijkstra_path_length(self._graph, destination, weight="cost")
+        if not len(self._cost):
+            return {}
+        through = self._distances(self._index[destination])[self._to] + self._cost
+        first = np.flatnonzero(np.diff(self._from, prepend=-1))  # links are sorted by sender, then by receiver
+        best = np.minimum.reduceat(through, first)
         tree = {}
-        for node in cost:
-            if node != destination:
-                tree[node] = min(
-                    (cost[other] + self._graph[node][other]["cost"], other)
-                    for other in self._graph[node]
-                    if other in cost
-                )[1]
+        ends = np.append(first[1:], len(through))
+        for begin, end, least in zip(first.tolist(), ends.tolist(), best.tolist(), strict=True):
+            node = self._nodes[self._from[begin]]
+            if node != destination and least < np.inf:
+                tree[node] = self._nodes[self._to[begin + int(np.argmax(through[begin:end] == least))]]
         return tree
 
+    def _distances(self, destination: int) -> NDArray[np.float64]:
+        """Cost from every node to one (links cost the same both ways)."""
+        from scipy.sparse import csr_array  # imported where needed: it would slow every start
+        from scipy.sparse.csgraph import dijkstra
 
-def _links(neighbours: Mapping[int, Sequence[Neighbour]], parameters: ShortestPathParameters) -> nx.Graph:
+        size = len(self._nodes)
+        graph = csr_array((self._cost, (self._from, self._to)), shape=(size, size))
+        distances: NDArray[np.float64] = dijkstra(graph, indices=destination)
+        return distances
+
+
+def _links(
+    neighbours: Mapping[int, Sequence[Neighbour]], parameters: ShortestPathParameters
+) -> Iterator[tuple[int, int, float]]:
+    """Links good enough both ways, with their cost."""
     prr = {(node, link.id): link.prr for node, links in neighbours.items() for link in links}
-    graph = nx.Graph()
-    graph.add_nodes_from(neighbours)
     for (node, other), there in prr.items():
         back = prr.get((other, node), 0.0)
-        if node < other and min(there, back) >= parameters.minimum_prr:
-            graph.add_edge(node, other, cost=1.0 if parameters.metric == "hop" else 1.0 / (there * back))
-    return graph
+        if min(there, back) >= parameters.minimum_prr:
+            yield node, other, 1.0 if parameters.metric == "hop" else 1.0 / (there * back)
