@@ -10,12 +10,11 @@ the rule selects. A receiver goes on with the last message it has where none arr
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
 
 import numpy as np
-from annotated_types import Ge, Le, Lt
 
 from netsim.algorithms.hosting import Hosting, prepare
+from netsim.algorithms.message_passing_parameters import LAST_ROUND, SETTLED, MessagePassingParameters, rule_of
 from netsim.api import Message, NodeHandle, Op, Ticket
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
@@ -24,112 +23,11 @@ from netsim.kernels.semiring import FloatArray, Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.kernels.target_vertex import TargetVertex
 from netsim.kernels.vertex import Vertex
-from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
 from netsim.trace.events import Association, GraphMessages, Marginals
 from netsim.units import s_to_ns
 
 BELIEF = "belief"
-LAST_ROUND = 0xFFFF
 _ENTRY = Record("HHHH")  # round or step modulo 65,536, source vertex, destination vertex, number of entries
-SETTLED = 1e-12
-"""Divergence up to which a message counts as unchanged where no tolerance is set."""
-
-Damping = Annotated[float, Ge(0), Lt(1)]
-
-
-@parameters
-class MessagePassingParameters:
-    """Standard message passing: every message is sent in every round."""
-
-    schedule: Literal["synchronous", "asynchronous"] = "synchronous"
-    """`synchronous`: rounds driven by the nodes' timers; `asynchronous`: a node computes when something has arrived."""
-    rounds: Annotated[int, Ge(1), Le(LAST_ROUND)] = 15
-    """Rounds of computed messages, after the start round; asynchronous: the time limit in rounds."""
-    round_s: Positive = 1.0
-    """Length of a round."""
-    setup_s: Positive = 4.0
-    """Time for sensing and for the exchange of measurements before the first round."""
-    setup_attempts: PositiveInt = 3
-    """How often a measurement is sent that was not acknowledged."""
-    spread_s: NonNegative = 0.5
-    """Each node sends at a random moment within this time after computing, so that not all speak at once."""
-    resend: Annotated[int, Ge(0), Le(10)] = 2
-    """How often a message that the link layer gave up is sent again, while its round lasts."""
-    hold_s: Positive = 0.05
-    """Asynchronous: how long a node waits for more before it computes; the longest wait before a message is sent again."""
-    payload: FloatWidth = "float64"
-    """Precision of numbers on the air."""
-    damping: Damping = 0.0
-    """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
-
-    def __post_init__(self) -> None:
-        """A message must be on its way before the next round begins."""
-        if self.spread_s >= self.round_s:
-            message = "spread_s below round_s"
-            raise ValueError(message)
-
-
-@parameters
-class CommunicationSensitiveParameters(MessagePassingParameters):
-    """Communication-sensitive message passing (Chen et al. 2006, section 5): a message that tells too little is kept."""
-
-    tolerance: NonNegative = 0.1
-    """A message is sent when its Kullback-Leibler divergence (eq 19) exceeds this."""
-    first_round: Literal["init", "both", "ones"] = "init"
-    """`init`: uniform messages are sent first and the first computed ones compared with them; `both`: the first computed
-    ones are always sent; `ones`: compared with unnormalised ones, nothing sent first."""
-    log_base: Literal["e", "2"] = "e"
-    """Base of the divergence's logarithm: nats or bits."""
-    support: Literal["full", "projected"] = "full"
-    """Divergence over the receiver's full state space, or over the entries of the message."""
-    compare_with: Literal["last_sent", "previous_generated"] = "last_sent"
-    """Which message a new one is compared with."""
-
-
-@parameters
-class MaxProductParameters(MessagePassingParameters):
-    """Loopy max-product."""
-
-    type: Literal["max-product"] = "max-product"
-
-
-@parameters
-class SumProductParameters(MessagePassingParameters):
-    """Loopy sum-product (belief propagation)."""
-
-    type: Literal["sum-product"] = "sum-product"
-
-
-@parameters
-class CsmpParameters(CommunicationSensitiveParameters):
-    """Communication-sensitive max-product."""
-
-    type: Literal["csmp"] = "csmp"
-
-
-@parameters
-class CsspParameters(CommunicationSensitiveParameters):
-    """Communication-sensitive sum-product."""
-
-    type: Literal["cssp"] = "cssp"
-
-
-def rule_of(parameters: MessagePassingParameters) -> CommunicationRule:
-    """The rule that selects messages."""
-    if isinstance(parameters, CommunicationSensitiveParameters):
-        return CommunicationRule(
-            tolerance=parameters.tolerance,
-            first_round=parameters.first_round,
-            log_base=parameters.log_base,
-            support=parameters.support,
-            compare_with=parameters.compare_with,
-            damping=parameters.damping,
-        )
-    if (
-        parameters.schedule == "asynchronous"
-    ):  # without rounds, an unchanged message must not wake its receiver for ever
-        return CommunicationRule(tolerance=SETTLED, damping=parameters.damping)
-    return CommunicationRule(damping=parameters.damping)
 
 
 def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArray]], width: FloatWidth) -> bytes:

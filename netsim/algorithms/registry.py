@@ -7,11 +7,11 @@ from dataclasses import dataclass, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from netsim.algorithms.message_passing import (
+from netsim.algorithms.message_passing import MessagePassing
+from netsim.algorithms.message_passing_parameters import (
     CsmpParameters,
     CsspParameters,
     MaxProductParameters,
-    MessagePassing,
     SumProductParameters,
 )
 from netsim.algorithms.neighbour_traffic import NeighbourTraffic, NeighbourTrafficParameters

@@ -9,13 +9,11 @@ import heapq
 import math
 from collections import defaultdict, deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from netsim.errors import ScenarioError
 from netsim.models.reception import log_bit_success_of
 from netsim.sim.air import (
     ASLEEP,
@@ -34,100 +32,18 @@ from netsim.sim.air import (
 from netsim.sim.clock import Clock
 from netsim.sim.frames import LinkFrame, Receptions, Transmission
 from netsim.sim.radio import Radio
+from netsim.sim.signals import ZW_PER_MW, Floats, Instant, Ints, Locks, Reach, reach_of
 from netsim.trace.events import BROADCAST, OUTCOME_CODE
 from netsim.units import NS_PER_S, mw_to_dbm
 
-ZW_PER_MW: Final = 1e18
 NEVER: Final = 1 << 62
 RECENTLY_ENDED: Final = 4096
 """Ended transmissions remembered for channel assessment: far more than end anywhere within eight symbols."""
 CCA_SYMBOLS: Final = 8
 """IEEE 802.15.4-2006 6.9.9."""
-MOST_RECEIVED_MW: Final = 1.0
 INTERFERED: Final = 1.0 - 1e-9
 
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """Where one node's signal arrives; `near` are the positions of the listeners that can decode it at all.
-
-    Attributes:
-        index: Array index of every node it reaches, ascending.
-        power_zw: Received power there.
-        near: Array index of the listeners at which it can be decoded.
-        near_zw: Received power there.
-        near_ids: Their node ids.
-        near_dbm: Received power in dBm.
-        alone: ln of the chance of a bit there without interference.
-    """
-
-    index: NDArray[np.intp]
-    power_zw: Ints
-    near: NDArray[np.intp]
-    near_zw: Ints
-    near_ids: Ints
-    near_dbm: Floats
-    alone: Floats
-
-    def power_at(self, index: int) -> int:
-        """Received power at one node, in zeptowatts."""
-        place = int(np.searchsorted(self.index, index))
-        return int(self.power_zw[place]) if place < len(self.index) and self.index[place] == index else 0
-
-
-class Instant:
-    """Power of the signals that began at the present instant."""
-
-    def __init__(self, size: int) -> None:
-        self._power_zw = np.zeros(size, np.int64)
-        self._at_ns = -1
-        self._touched: list[NDArray[np.intp]] = []
-
-    def add(self, now_ns: int, index: NDArray[np.intp], power_zw: Ints) -> None:
-        """One more signal."""
-        self.at(now_ns)
-        self._power_zw[index] += power_zw
-        self._touched.append(index)
-
-    def at(self, now_ns: int) -> Ints:
-        """The power at every node; what belongs to an earlier instant is forgotten."""
-        if self._at_ns != now_ns:
-            for index in self._touched:
-                self._power_zw[index] = 0
-            self._touched.clear()
-            self._at_ns = now_ns
-        return self._power_zw
-
-
-class Locks:
-    """What each receiver is locked on; arrays over the nodes.
-
-    Attributes:
-        transmission: Number of the transmission; 0 for none.
-        start_ns: Its start.
-        end_ns: Its end; kept after the reception is over, for channel assessment.
-        previous_end_ns: The end of the one before it.
-        power_zw: Its received power.
-        source: Array index of its sender.
-        segment_ns: Start of the segment of constant interference not yet accounted for.
-        log_success: ln of the chance that every bit so far is right.
-        sinr: Lowest ratio so far.
-    """
-
-    def __init__(self, size: int) -> None:
-        self.transmission = np.zeros(size, np.int64)
-        self.start_ns = np.full(size, -1, np.int64)
-        self.end_ns = np.full(size, -1, np.int64)
-        self.previous_end_ns = np.full(size, -1, np.int64)
-        self.power_zw = np.zeros(size, np.int64)
-        self.source = np.zeros(size, np.int64)
-        self.segment_ns = np.zeros(size, np.int64)
-        self.log_success = np.zeros(size)
-        self.sinr = np.zeros(size)
 
 
 class SinrMedium:
@@ -151,7 +67,7 @@ class SinrMedium:
         self._log = log
         self._noise_zw = noise_mw * ZW_PER_MW
         self._index = {node: index for index, node in enumerate(sorted(paths))}
-        self._reach = {node: self._reach_of(links) for node, links in paths.items()}
+        self._reach = {node: reach_of(links, self._index, self._noise_zw) for node, links in paths.items()}
         self._radios: list[Radio | None] = [None] * size
         self._uniforms: list[Uniforms | None] = [None] * size
         self._follows = np.zeros(size, bool)
@@ -256,19 +172,6 @@ class SinrMedium:
             if times_ns[index]:
                 self._radio(index).heard(label, kind, int(times_ns[index]))
                 times_ns[index] = 0
-
-    def _reach_of(self, links: Sequence[Link]) -> Reach:
-        near = [link for link in links if link.decodable]
-        near_zw = _zeptowatts(near)
-        return Reach(
-            index=np.array([self._index[link.destination] for link in links], np.intp),
-            power_zw=_zeptowatts(links),
-            near=np.array([self._index[link.destination] for link in near], np.intp),
-            near_zw=near_zw,
-            near_ids=np.array([link.destination for link in near], np.int64),
-            near_dbm=np.array([mw_to_dbm(link.power_mw) for link in near]),
-            alone=log_bit_success_of(near_zw / self._noise_zw),
-        )
 
     def _ended_zw(self, index: int, since_ns: int) -> int:
         """Power at a node of the signals that ended after `since_ns`."""
@@ -414,11 +317,3 @@ class SinrMedium:
         if mine.any():
             self._heard_ns[label_of(transmission, int(quiet_nodes[mine][0])), kind][quiet[mine]] += time_ns
         self._heard_ns["overhear", kind][quiet[~mine]] += time_ns
-
-
-def _zeptowatts(links: Sequence[Link]) -> Ints:
-    strongest = max((link.power_mw for link in links), default=0.0)
-    if strongest > MOST_RECEIVED_MW:
-        message = f"a node would receive {mw_to_dbm(strongest):.1f} dBm from another, more than any receiver stands: "
-        raise ScenarioError(message + "raise reference_loss_db or reference_distance_m, or lower tx_power_dbm")
-    return np.array([round(link.power_mw * ZW_PER_MW) for link in links], np.int64)

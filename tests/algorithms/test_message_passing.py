@@ -10,7 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from netsim.algorithms.message_passing import decode_entries, encode_entries, rule_of
+from netsim.algorithms.message_passing import decode_entries, encode_entries
+from netsim.algorithms.message_passing_parameters import rule_of
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.central import run_synchronous
@@ -178,7 +179,7 @@ def test_a_huge_tolerance_leaves_the_start_round_and_the_independent_estimate(sc
 
 
 def test_parameters_are_frozen() -> None:
-    from netsim.algorithms.message_passing import CsmpParameters
+    from netsim.algorithms.message_passing_parameters import CsmpParameters
 
     with pytest.raises(dataclasses.FrozenInstanceError):
         CsmpParameters().tolerance = 2.0  # type: ignore[misc]
@@ -186,7 +187,8 @@ def test_parameters_are_frozen() -> None:
 
 def test_a_late_old_message_does_not_replace_a_newer_one() -> None:
     from netsim.algorithms.hosting import Hosting
-    from netsim.algorithms.message_passing import LAST_ROUND, Hosted
+    from netsim.algorithms.message_passing import Hosted
+    from netsim.algorithms.message_passing_parameters import LAST_ROUND
     from netsim.kernels.communication import CommunicationRule
     from netsim.kernels.pairwise_vertex import PairwiseVertex
 
