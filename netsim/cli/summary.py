@@ -32,8 +32,11 @@ def summary_table(result: Result, loaded: LoadedScenario) -> Table:
 def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "association_error" in figures:
         yield f"association error, of {figures['measurements']} measurements", _percent(figures["association_error"])
-        yield "  of the exact MAP", _percent(figures["association_error_exact_map"])
-        yield "  decided otherwise than the exact MAP", _percent(figures["association_differs_from_exact_map"])
+        if figures["association_error_exact_map"] is None:
+            yield "  of the exact MAP", "not computed: too large, or none exists"
+        else:
+            yield "  of the exact MAP", _percent(figures["association_error_exact_map"])
+            yield "  decided otherwise than the exact MAP", _percent(figures["association_differs_from_exact_map"])
         yield "  deciding alone", _percent(figures["association_error_independent"])
     if "marginals" in figures:
         yield "largest error of a marginal", _number(figures["marginal_error_linf"])
