@@ -21,7 +21,6 @@ from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexS
 from netsim.kernels.factor_vertices import FactorVertex
 from netsim.kernels.semiring import FloatArray, Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
-from netsim.kernels.target_vertex import TargetVertex
 from netsim.kernels.vertex import Vertex
 from netsim.trace.events import Association, GraphMessages, Marginals
 from netsim.units import s_to_ns
@@ -237,7 +236,7 @@ class MessagePassing:
             if isinstance(vertex, SensorVertex):
                 decision = vertex.decide(hosted.incoming[vertex_id], self._semiring)
                 node.record(Association(node.id, decision.tolist(), number))
-            elif not isinstance(vertex, TargetVertex | FactorVertex):
+            elif not isinstance(vertex, FactorVertex):
                 belief = np.exp(vertex.belief(hosted.incoming[vertex_id], self._semiring))
                 is_max = int(self._semiring is Semiring.MAX)
                 node.record(Marginals(node.id, vertex_id, belief, number, is_max))
