@@ -30,7 +30,7 @@ def new_algorithm_command(name: str, folder: Path) -> None:
         text = (files("netsim.cli") / "templates" / template).read_text(encoding="utf-8")
         _write(path, text.replace("@MODULE@", module).replace("@CLASS@", class_name))
     say(f"Run it:  netsim run {folder / f'{module}.yaml'}")
-    say(f"Test it: pytest {folder / f'test_{module}.py'}")
+    say(f"Test it: python -m pytest {folder / f'test_{module}.py'}   (needs pip install -e '.[test]')")
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,5 +1,6 @@
 """`netsim run`."""
 
+import shlex
 import sys
 import traceback
 from collections.abc import Sequence
@@ -36,7 +37,7 @@ def run_command(
 def _tell_files(result: Result) -> None:
     say(f"Results in {result.folder}: metrics.json, run.json, scenario.yaml" + (", trace.mcap" if result.trace else ""))
     if result.trace:
-        say(f"Watch it: netsim replay {result.trace}")
+        say(f"Watch it: netsim replay {shlex.quote(str(result.trace))}")
 
 
 def _tell_troubles(result: Result) -> None:

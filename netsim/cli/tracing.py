@@ -30,5 +30,6 @@ def info_command(given: Path) -> None:
     for key, value in sorted(trace_metadata(trace).items()):
         say(f"{key}: {value}")
     say(f"last event: {end_ns / NS_PER_S:g} s")
-    say(f"complete: {'yes' if is_complete(trace) else 'no, the end is missing'}")
-    say(f"fingerprint: {fingerprint(trace)}")
+    whole = is_complete(trace)
+    say(f"complete: {'yes' if whole else 'no, the end is missing'}")
+    say(f"fingerprint: {fingerprint(trace) if whole else 'none, for want of the end'}")

@@ -2,7 +2,7 @@
 
 import operator
 from collections.abc import Callable, Collection, Sequence
-from typing import Any, SupportsIndex, TypeVar
+from typing import Any, SupportsIndex, TypeVar, cast
 
 import numpy as np
 
@@ -10,8 +10,9 @@ from netsim.api import BROADCAST, Message, Neighbour, Observation, Op
 from netsim.errors import AlgorithmError
 from netsim.rng import Streams
 from netsim.sim.clock import Clock
+from netsim.sim.devices import SensorPort
 from netsim.sim.node import Node
-from netsim.sim.tasks import RunningTask, SentMessage
+from netsim.sim.tasks import Operation, RunningTask, SentMessage, started
 from netsim.trace.events import AlgorithmRecord, Association, Estimate, Event, GraphMessages, Log, Marginals, Role
 from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
@@ -101,17 +102,15 @@ class Handle:
             message = f"receive(kinds={kinds!r}): kinds is a collection of names, such as {{{kinds!r}}}"
             raise AlgorithmError(message)
         whole_ns = None if timeout_ns is None else self._whole("receive(timeout_ns=...)", timeout_ns)
-        return self._received(self._node.parts.inbox.receive(kinds, match, whole_ns))
+        return self._operation("receive", self._received(self._node.parts.inbox.receive(kinds, match, whole_ns)))
 
     def pause(self, duration_ns: int) -> Op[None]:
         """See `NodeHandle.pause`."""
-        yield self._clock.timeout(self._not_negative("pause", duration_ns))
+        return self._operation("pause", self._pause(self._not_negative("pause", duration_ns)))
 
     def pause_until(self, time_ns: int) -> Op[None]:
         """See `NodeHandle.pause_until`."""
-        delay_ns = self._whole("pause_until", time_ns) - self.now_ns
-        if delay_ns > 0:
-            yield self._clock.timeout(delay_ns)
+        return self._operation("pause_until", self._pause_until(self._whole("pause_until", time_ns)))
 
     def radio_sleep(self) -> None:
         """See `NodeHandle.radio_sleep`."""
@@ -126,16 +125,15 @@ class Handle:
         if self._node.parts.sensor is None:
             message = "no sensor to read: give its group one, or let another node sense"
             raise AlgorithmError(message)
-        yield from self._node.parts.sensor.sample()
-        return Observation(self.now_ns, self._node.identity.observe())
+        return self._operation("sense", self._sense(self._node.parts.sensor))
 
     def compute(self, operations: int) -> Op[None]:
         """See `NodeHandle.compute`."""
-        return self._node.parts.cpu.compute(self._not_negative("compute", operations))
+        return self._operation("compute", self._node.parts.cpu.compute(self._not_negative("compute", operations)))
 
     def spawn(self, op: Op[T]) -> RunningTask[T]:
         """See `NodeHandle.spawn`."""
-        return self._node.spawn(op)
+        return self._node.spawn(started(op))
 
     def rng(self, purpose: str) -> np.random.Generator:
         """See `NodeHandle.rng`."""
@@ -157,6 +155,28 @@ class Handle:
         """See `NodeHandle.log`."""
         seconds, nanoseconds = divmod(self._clock.now_ns, NS_PER_S)
         self._recorder.record(Log(seconds, nanoseconds, INFO, text, f"node {self.id}", "", 0))
+
+    def _operation(self, name: str, op: Op[T]) -> Op[T]:
+        """Something to wait for; whoever drops it unused hears of it at the next call of the handle."""
+        self._complain()
+        return cast(Op[T], Operation(op, lambda: self._node.forget(name)))
+
+    def _complain(self) -> None:
+        """Raise if an operation was dropped without waiting for it."""
+        if self._node.forgotten:
+            message = f"node.{self._node.forgotten}(...) was called before this without `yield from`: nothing happened"
+            raise AlgorithmError(message)
+
+    def _pause(self, duration_ns: int) -> Op[None]:
+        yield self._clock.timeout(duration_ns)
+
+    def _pause_until(self, time_ns: int) -> Op[None]:
+        if time_ns > self.now_ns:
+            yield self._clock.timeout(time_ns - self.now_ns)
+
+    def _sense(self, sensor: SensorPort) -> Op[Observation]:
+        yield from sensor.sample()
+        return Observation(self.now_ns, self._node.identity.observe())
 
     def _received(self, op: Op[Message | None]) -> Op[Message | None]:
         message = yield from op
@@ -180,6 +200,7 @@ class Handle:
         return whole
 
     def _send(self, destination: int, kind: str, payload: bytes, causes: Sequence[Message] | None) -> SentMessage:
+        self._complain()
         if not isinstance(payload, bytes):
             message = f"the payload of a {kind!r} message is {type(payload).__name__}, not bytes"
             raise AlgorithmError(message)

@@ -92,6 +92,7 @@ class Node:
 
     Attributes:
         failure: What the algorithm raised, if it did.
+        forgotten: An operation that the algorithm dropped without waiting for it.
     """
 
     def __init__(
@@ -110,6 +111,7 @@ class Node:
         self._tasks: list[RunningTask[Any]] = []
         self._main: RunningTask[None] | None = None
         self._received: list[int] = []
+        self.forgotten = ""
         self._answered = False
         self.failure: NetsimError | None = None
         self._is_over = False
@@ -148,6 +150,11 @@ class Node:
         if not self._is_over:
             self.parts.inbox.deliver(message)
 
+    def forget(self, operation: str) -> None:
+        """The algorithm dropped an operation without waiting for it."""
+        if self.is_running:
+            self.forgotten = self.forgotten or operation
+
     def note_received(self, message_id: int) -> None:
         """The algorithm took a message from its inbox. The first one after a send begins a new list of causes."""
         if self._answered:
@@ -163,6 +170,9 @@ class Node:
         """Run the algorithm; what it raises ends it on this node, is recorded, and is kept for the report."""
         try:
             yield from checked(algorithm.run(handle))
+            if self.forgotten:
+                message = f"node.{self.forgotten}(...) was called without `yield from`: nothing happened"
+                raise AlgorithmError(message)
         except InvariantError:
             raise  # a defect of the simulator, not of the algorithm
         except (Exception, SystemExit) as error:  # the boundary to the user's code: whatever it raises is its failure

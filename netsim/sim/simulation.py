@@ -12,7 +12,7 @@ from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
 STEPS_BETWEEN_LOOKS = 512
-STEPS_AT_ONE_INSTANT = 2_000_000
+STEPS_AT_ONE_INSTANT = 300_000
 """More than this is an algorithm that waits without letting time pass."""
 Progress = Callable[[int], bool]
 """Called now and then with the simulated time in nanoseconds; False ends the run there."""

@@ -66,6 +66,7 @@ class TraceWriter:
             self._mcap.start(profile="netsim", library=f"netsim {__version__}")
             self._mcap.add_metadata(RUN_RECORD, _run_record(metadata))
             self._channels = {event_type: _Channel(self._announce(event_type)) for event_type in EVENT_TYPES}
+            self._stream.flush()  # a run killed early leaves a trace that says what it is
         except OSError as error:
             raise _unwritable(self.path, error) from error
         for attachment in attachments:

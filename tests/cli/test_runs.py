@@ -240,6 +240,11 @@ def test_a_scenario_that_cannot_be_built_leaves_no_folder(tmp_path: Path) -> Non
         ("yield 5", "yielded 5: write `yield from`"),
         ("return None", "not a generator: wait for something with `yield from`"),
         ("raise SystemExit(0)\n        yield", "the algorithm raised SystemExit(0)"),
+        (
+            "node.pause(1)\n        yield from node.pause(2)",
+            "node.pause(...) was called before this without `yield from`",
+        ),
+        ("node.receive()\n        if False:\n            yield", "node.receive(...) was called without `yield from`"),
         ("yield from node.pause(0.5)", "pause takes a whole number, got 0.5"),
         ("node.send(99, 'x', b'')\n        yield", "sent a 'x' message to node 99, which does not exist"),
         ("node.send(node.id, 'x', b'')\n        yield", "to itself"),
@@ -264,7 +269,7 @@ def test_beginners_errors_are_told_with_their_line(body: str, told: str, tmp_pat
     assert ended.returncode == 1
     assert told in ended.stderr
     assert ended.stderr.startswith("error: node")
-    if "generator" not in told and "yielded" not in told:
+    if "generator" not in told and "yielded" not in told and "receive" not in told:
         assert "mine.py, line" in ended.stderr
     assert (tmp_path / "out" / "metrics.json").exists()
 

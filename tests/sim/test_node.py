@@ -408,3 +408,16 @@ def test_a_lost_message_leaves_its_receiver_waiting():
 
     run = run_algorithm(By(n0=body, n1=talker((0, "a"))), medium=ScriptedMedium([rule(DROP)])).require_success()
     assert lines(run) == [(10, "nothing")]
+
+
+def test_operations_that_are_spawned_stored_or_cancelled_are_not_forgotten():
+    def body(node):
+        node.spawn(node.pause(5)).cancel()
+        later = node.pause(3)
+        node.broadcast("a", b"")
+        yield from later
+        task = node.spawn(node.pause(7))
+        yield from task.join()
+        assert node.now_ns == 10
+
+    run_algorithm(By(n0=body, n1=body)).require_success()
