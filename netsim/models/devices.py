@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from netsim.errors import InvariantError, ScenarioError
+from netsim.models.modulation import O_QPSK, Modulation
 from netsim.units import NS_PER_S, dbm_to_mw
 
 
@@ -34,6 +35,9 @@ class RadioDevice:
         max_psdu_byte: Longest physical-layer payload.
         symbol_ns: Duration of a symbol, the unit of MAC timing.
         preamble_lock_sinr_db: Lowest SINR at which a preamble is caught.
+        capture_sinr_db: SINR from which the receiver leaves a frame it is locked on for one that begins later; None for
+            a receiver that never does.
+        modulation: How powers become right and wrong bits.
     """
 
     name: str
@@ -54,6 +58,8 @@ class RadioDevice:
     max_psdu_byte: int
     symbol_ns: int
     preamble_lock_sinr_db: float
+    capture_sinr_db: float | None = None
+    modulation: Modulation = O_QPSK
 
     def transmit_power_mw(self, tx_power_dbm: float) -> float:
         """What sending draws: the table's value at its levels, a straight line over dBm between two of them.

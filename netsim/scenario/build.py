@@ -6,34 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from netsim.api import Algorithm, Message
+from netsim.api import Algorithm
 from netsim.errors import InvariantError, ScenarioError
-from netsim.models.path_loss import IdealMediumParameters
 from netsim.problems import association, graph
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
 from netsim.rng import Streams
-from netsim.scenario.links import Air, air_between
+from netsim.scenario.links import air_between
 from netsim.scenario.load import LoadedScenario
+from netsim.scenario.make_mac import MacMaker
+from netsim.scenario.make_medium import make_medium
+from netsim.scenario.make_network import NetworkMaker
+from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
-from netsim.sim.air import FrameLog, Uniforms
 from netsim.sim.clock import Clock
-from netsim.sim.devices import Cpu, SensorPort
-from netsim.sim.energy import Account, Battery, Meter
-from netsim.sim.frames import MAC_OVERHEAD_BYTE
 from netsim.sim.handle import Handle
-from netsim.sim.ideal_medium import IdealMedium
-from netsim.sim.inbox import Inbox
-from netsim.sim.mac.csma import CsmaMac, CsmaParameters
-from netsim.sim.mac.ideal import IdealMac
-from netsim.sim.mac.link import Mac
-from netsim.sim.medium import SinrMedium
-from netsim.sim.net.network import MessageBook, Network
-from netsim.sim.net.routes import OneHop, Routes, ShortestPathParameters, ShortestPaths
-from netsim.sim.node import Identity, Node, Parts
-from netsim.sim.radio import Radio
+from netsim.sim.node import Identity, Node
 from netsim.sim.simulation import Member, Simulation
 from netsim.sim.tasks import place_of
 from netsim.trace.events import Event, FieldInfo, NodeTable
@@ -121,9 +111,11 @@ class _Builder:
         self._places = places(loaded, self._streams)
         self._problem = _problem(self._places, self._streams, loaded)
         self._air = air_between(self._places, self._scenario.medium, self._streams)
-        self._medium = self._make_medium(self._air)
-        self._routes = self._make_routes(self._air)
-        self._book = MessageBook()
+        scenario, streams, recorder = self._scenario, self._streams, self._recorder
+        self._medium = make_medium(scenario, clock, recorder, self._air)
+        make_mac = MacMaker(scenario, clock, streams, self._medium, self._air)
+        make_network = NetworkMaker(scenario, clock, recorder, streams, self._air)
+        self._shared = Shared(scenario, clock, recorder, streams, self._medium, make_mac, make_network)
         self._ids = frozenset(place.id for place in self._places)
 
     def build(self) -> Built:
@@ -164,20 +156,6 @@ class _Builder:
             *problem.truth_events(),
         ]
 
-    def _make_medium(self, air: Air) -> SinrMedium | IdealMedium:
-        parameters = self._scenario.medium
-        log = FrameLog(self._recorder, self._scenario.trace.detail != "summary")
-        if isinstance(parameters, IdealMediumParameters):
-            delay_ns = s_to_ns(parameters.delay_s)
-            return IdealMedium(self._clock, air.paths, delay_ns, parameters.loss_probability, log)
-        return SinrMedium(self._clock, air.paths, air.noise_mw, log)
-
-    def _make_routes(self, air: Air) -> Routes:
-        parameters = self._scenario.network
-        if isinstance(parameters, ShortestPathParameters):
-            return ShortestPaths(air.neighbours, parameters)
-        return OneHop()
-
     def _member(self, place: Place, on_end: Callable[[Node], None]) -> Member:
         """A node, its handle and its algorithm; the closures tie the layers to the node that is made last."""
         nodes: list[Node] = []
@@ -188,7 +166,7 @@ class _Builder:
                 raise InvariantError(message)
             return nodes[0]
 
-        parts = self._parts(place, lambda: node().die(), lambda message: node().deliver(message))
+        parts = make_parts(place, self._shared, lambda: node().die(), lambda message: node().deliver(message))
         nodes.append(Node(self._clock, self._identity(place), parts, self._recorder, on_end))
         handle = Handle(self._clock, node(), self._streams, self._recorder, self._ids)
         record: Any = self._scenario.algorithm if place.group.algorithm is None else place.group.algorithm
@@ -217,37 +195,3 @@ class _Builder:
             knowledge=problem.knowledge(place.id),
             observe=lambda: np.asarray(problem.observe(place.id), dtype=float),
         )
-
-    def _parts(self, place: Place, on_empty: Callable[[], None], deliver: Callable[[Message], None]) -> Parts:
-        clock = self._clock
-        account = Account()
-        battery = Battery(clock, place.battery.energy_j, on_empty)
-        meters = tuple(Meter(clock, battery, account, device) for device in ("radio", "cpu", "sensor"))
-        radio = Radio(
-            clock,
-            place.id,
-            place.radio,
-            place.group.tx_power_dbm,
-            meters[0],
-            self._medium,
-            self._recorder,
-            self._scenario.trace.detail == "full",
-        )
-        self._medium.join(radio, self._streams.generator(f"node/{place.id}/reception"))
-        packet_byte = place.radio.max_psdu_byte - MAC_OVERHEAD_BYTE
-        network = Network(clock, place.id, self._routes, self._book, self._recorder, packet_byte, deliver)
-        mac = self._make_mac(place, radio, network.on_packet)
-        network.attach(mac)
-        sensor = place.sensor
-        port = None if sensor is None else SensorPort(clock, sensor.power_mw, sensor.sample_time_ns, meters[2])
-        cpu = Cpu(clock, place.cpu, meters[1])
-        return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters)
-
-    def _make_mac(self, place: Place, radio: Radio, deliver: Callable[[bytes, int], None]) -> Mac:
-        parameters = self._scenario.mac
-        if isinstance(parameters, CsmaParameters):
-            uniforms = Uniforms(self._streams.generator(f"node/{place.id}/backoff"))
-            medium = self._medium
-            busy = lambda: medium.is_busy(place.id)  # noqa: E731
-            return CsmaMac(self._clock, radio, busy, uniforms.next, parameters, deliver)
-        return IdealMac(radio, deliver)

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from netsim.api import Neighbour
+from netsim.models.delivery import DeliveryRatios
+from netsim.models.fading import Fading
+from netsim.models.noise import ConstantNoise, Noise
 from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters, audible_links
 from netsim.models.reception import frame_success_probability
 from netsim.rng import Streams
@@ -31,13 +34,17 @@ class Air:
         paths: For each node the nodes its signal reaches, ascending.
         neighbours: For each node its neighbours, ascending.
         table: The links as an event for the trace.
-        noise_mw: Noise power; 0 on the ideal medium.
+        noise: Background noise at the nodes, ascending by id.
+        fading: What varies from frame to frame; None for nothing.
+        delivery: Measured delivery ratios to be replayed; None where physics decides.
     """
 
     paths: dict[int, list[Link]]
     neighbours: dict[int, tuple[Neighbour, ...]]
     table: LinkTable
-    noise_mw: float
+    noise: Noise
+    fading: Fading | None = None
+    delivery: DeliveryRatios | None = None
 
 
 def air_between(
@@ -56,7 +63,16 @@ def _ideal(places: Sequence[Place], medium: IdealMediumParameters) -> Air:
     source, destination = np.nonzero(reach)
     prr = np.full(len(source), 1.0 - medium.loss_probability)
     power_mw = np.array([dbm_to_mw(places[index].group.tx_power_dbm) for index in source.tolist()])
-    return _air(places, source, destination, np.zeros(len(source)), power_mw, np.ones(len(source), bool), prr, 0.0)
+    return _air(
+        places,
+        source,
+        destination,
+        np.zeros(len(source)),
+        power_mw,
+        np.ones(len(source), bool),
+        prr,
+        np.zeros(len(places)),
+    )
 
 
 def _log_distance(places: Sequence[Place], medium: LogDistanceParameters, streams: Streams) -> Air:
@@ -77,7 +93,7 @@ def _log_distance(places: Sequence[Place], medium: LogDistanceParameters, stream
         10.0 ** (power_dbm / 10.0),
         snr_db >= lock_db[links.destination],
         prr,
-        dbm_to_mw(medium.noise_dbm),
+        np.full(len(places), dbm_to_mw(medium.noise_dbm)),
     )
 
 
@@ -89,7 +105,7 @@ def _air(
     power_mw: Array,
     decodable: NDArray[np.bool_],
     prr: Array,
-    noise_mw: float,
+    noise_mw: Array,
 ) -> Air:
     ids = [place.id for place in places]
     where = positions_m(places)
@@ -106,7 +122,7 @@ def _air(
         strict=True,
     )
     for sender, listener, power, strong, ratio, distance in rows:
-        paths[ids[sender]].append(Link(ids[listener], power, strong))
+        paths[ids[sender]].append(Link(ids[listener], power, strong, ratio))
         if ratio >= LOWEST_PRR:
             neighbours[ids[sender]].append(Neighbour(ids[listener], distance, ratio))
     shown = prr >= LOWEST_PRR
@@ -116,7 +132,7 @@ def _air(
         gain_db=gain_db[shown].astype(np.float32),
         prr=prr[shown].astype(np.float32),
     )
-    return Air(paths, {number: tuple(links) for number, links in neighbours.items()}, table, noise_mw)
+    return Air(paths, {number: tuple(links) for number, links in neighbours.items()}, table, ConstantNoise(noise_mw))
 
 
 def _distances(places: Sequence[Place]) -> Array:

@@ -46,11 +46,19 @@ class Uniforms:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """The way from one node to another: received power, and whether it is strong enough to be decoded at all."""
+    """The way from one node to another.
+
+    Attributes:
+        destination: The listener.
+        power_mw: Received power.
+        decodable: Whether it is strong enough to be decoded at all.
+        prr: Chance that a full-size frame arrives without interference; decides where no interference is modelled.
+    """
 
     destination: int
     power_mw: float
     decodable: bool
+    prr: float = 1.0
 
 
 def label_of(transmission: Transmission, listener: int) -> str:

@@ -36,7 +36,11 @@ OUTCOMES = (
     "busy",  # the listener was locked on another frame
     "asleep",  # the listener's radio was off, asleep or switching
     "dead",  # the listener, or the sender half-way, ran out of energy
-    "lost",  # dropped by the ideal medium's loss probability
+    "lost",  # dropped by a link's loss probability, on a medium without interference
+    "captured",  # the listener left it for a stronger frame that began later
+    "jammed",  # lost, and without the jammer it would have had more than an even chance
+    "outage",  # a fault rule cut the link
+    "corrupted",  # a fault rule flipped bits, and the checksum told
 )
 OUTCOME_CODE = {name: code for code, name in enumerate(OUTCOMES)}
 
@@ -105,8 +109,73 @@ class NodeLife:
     topic: ClassVar[str] = "/nodes/life"
     node: U32
     event: Text
-    """`started`, `finished`, `failed`, `died`."""
+    """`started`, `finished`, `failed`, `died`, `crashed`, `rebooted`."""
     reason: Text
+
+
+@dataclass(frozen=True, slots=True)
+class NodePositions:
+    """Nodes that moved, with where they are now."""
+
+    topic: ClassVar[str] = "/nodes/position"
+    node: U32Array
+    x_m: F64Array
+    y_m: F64Array
+
+
+@dataclass(frozen=True, slots=True)
+class NodeClocks:
+    """How far each node's clock is ahead of true time; sampled at the scenario's energy interval where clocks drift."""
+
+    topic: ClassVar[str] = "/nodes/clock"
+    node: U32Array
+    ahead_s: F64Array
+    """The clock that the algorithm sees, synchronisation included, less true time."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyBudget:
+    """A node's energy allowance ran short, was replenished, or something was refused for want of it."""
+
+    topic: ClassVar[str] = "/nodes/budget"
+    node: U32
+    event: Text
+    """`short`, `replenished`, `refused`."""
+    task: Text
+    """What the allowance is for; empty for the node's own."""
+    spent_j: F64
+    allowance_j: F64
+    action: Text
+    """What was refused, or what the policy does: `send`, `sense`, `compute`, `sleep`, `warn`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault rule of the scenario begins, ends or strikes."""
+
+    topic: ClassVar[str] = "/faults"
+    rule: U32
+    """Position of the rule in the scenario's list."""
+    kind: Text
+    """Type of the rule, such as `crash`, `outage`, `jammer`."""
+    event: Text
+    """`begins`, `ends`, `strikes`."""
+    node: U32Array
+    """Nodes it concerns."""
+    detail: Text
+
+
+@dataclass(frozen=True, slots=True)
+class RouteChange:
+    """A node chose another next hop towards a destination."""
+
+    topic: ClassVar[str] = "/nodes/route"
+    node: U32
+    destination: U32
+    next_hop: U32
+    """`BROADCAST` where it has none any more."""
+    cost: F64
+    """Of the whole way, in the metric of the routing (hops, or expected transmissions)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,8 +275,8 @@ class MessageDropped:
     """Where it was given up."""
     kind: Text
     reason: Text
-    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`. After `no_ack` the message may
-    have arrived all the same. What waits at a node when it dies is lost without an event."""
+    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`. After
+    `no_ack` the message may have arrived all the same. What waits at a node when it dies is lost without an event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,6 +426,11 @@ Event = (
     | FieldInfo
     | RadioState
     | NodeLife
+    | NodePositions
+    | NodeClocks
+    | EnergyBudget
+    | Fault
+    | RouteChange
     | NodeEnergy
     | EnergyLedger
     | Frame

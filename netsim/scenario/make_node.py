@@ -1,0 +1,65 @@
+"""From a place to the devices and layers of its node."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from netsim.api import Message
+from netsim.rng import Streams
+from netsim.scenario.make_mac import MacMaker
+from netsim.scenario.make_medium import AnyMedium
+from netsim.scenario.make_network import NetworkMaker
+from netsim.scenario.places import Place
+from netsim.scenario.schema import Scenario
+from netsim.sim.clock import Clock
+from netsim.sim.devices import Cpu, SensorPort
+from netsim.sim.energy import Account, Battery, Meter
+from netsim.sim.inbox import Inbox
+from netsim.sim.node import Parts
+from netsim.sim.radio import Radio
+from netsim.trace.recorder import Recorder
+
+DEVICES = ("radio", "cpu", "sensor")
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """What all nodes of one run share while they are built."""
+
+    scenario: Scenario
+    clock: Clock
+    recorder: Recorder
+    streams: Streams
+    medium: AnyMedium
+    make_mac: MacMaker
+    make_network: NetworkMaker
+
+
+def make_parts(place: Place, shared: Shared, on_empty: Callable[[], None], deliver: Callable[[Message], None]) -> Parts:
+    """The devices and layers of a node.
+
+    Args:
+        place: The node before it is built.
+        shared: What it shares with the others.
+        on_empty: Called when its battery is empty.
+        deliver: Takes whole messages for its algorithm.
+    """
+    clock = shared.clock
+    account = Account()
+    battery = Battery(clock, place.battery.energy_j, on_empty)
+    meters = tuple(Meter(clock, battery, account, device) for device in DEVICES)
+    radio = _radio(place, shared, meters[0])
+    network = shared.make_network(place, deliver)
+    mac = shared.make_mac(place, radio, network.on_packet)
+    network.attach(mac)
+    sensor = place.sensor
+    port = None if sensor is None else SensorPort(clock, sensor.power_mw, sensor.sample_time_ns, meters[2])
+    cpu = Cpu(clock, place.cpu, meters[1])
+    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters)
+
+
+def _radio(place: Place, shared: Shared, meter: Meter) -> Radio:
+    all_states = shared.scenario.trace.detail == "full"
+    power_dbm = place.group.tx_power_dbm
+    radio = Radio(shared.clock, place.id, place.radio, power_dbm, meter, shared.medium, shared.recorder, all_states)
+    shared.medium.join(radio, shared.streams.generator(f"node/{place.id}/reception"))
+    return radio
