@@ -6,7 +6,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from netsim.sim.frames import Transmission
+from netsim.sim.frames import LinkFrame, Transmission
 from netsim.trace.events import OUTCOME_CODE, Frame
 from netsim.trace.recorder import Recorder
 
@@ -19,6 +19,8 @@ BUSY: Final = OUTCOME_CODE["busy"]
 ASLEEP: Final = OUTCOME_CODE["asleep"]
 DEAD: Final = OUTCOME_CODE["dead"]
 LOST: Final = OUTCOME_CODE["lost"]
+CAPTURED: Final = OUTCOME_CODE["captured"]
+JAMMED: Final = OUTCOME_CODE["jammed"]
 
 
 class UniformSource(Protocol):
@@ -26,6 +28,21 @@ class UniformSource(Protocol):
 
     def random(self, size: int, /) -> NDArray[np.float64]:
         """That many numbers in [0, 1)."""
+        ...
+
+
+class FrameFaults(Protocol):
+    """What may befall a frame at a listener that would have decoded it."""
+
+    def verdicts(self, source: int, listeners: NDArray[np.int64], frame: LinkFrame, now_ns: int) -> NDArray[np.int64]:
+        """Codes in `netsim.trace.events.OUTCOMES`, one a listener; -1 where the frame passes.
+
+        Args:
+            source: Node that sent the frame.
+            listeners: Node ids, ascending.
+            frame: What was sent.
+            now_ns: The end of the frame.
+        """
         ...
 
 

@@ -1,4 +1,4 @@
-"""The ideal air: a delay and perhaps a loss, for algorithms to be tested without a radio's troubles."""
+"""Air without interference: a delay and each link's own chance of loss, for algorithms without a radio's troubles."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,6 +12,7 @@ from netsim.sim.air import (
     LOST,
     OVERHEARD,
     RECEIVED,
+    FrameFaults,
     FrameLog,
     Link,
     Uniforms,
@@ -21,6 +22,7 @@ from netsim.sim.air import (
 from netsim.sim.clock import Clock
 from netsim.sim.frames import LinkFrame, Receptions, Transmission
 from netsim.sim.radio import Radio
+from netsim.sim.signals import Floats, Ints
 from netsim.units import mw_to_dbm
 
 
@@ -33,52 +35,55 @@ class Listener:
     lock: Transmission | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """Where one node's frames go; arrays over its links, ascending by node."""
+
+    nodes: Ints
+    power_dbm: Floats
+    prr: Floats
+
+
 class IdealMedium:
-    """Delay and an independent loss probability, nothing else: no interference, no half duplex, no deaf receivers.
+    """Delay and an independent chance of loss on each link, nothing else: no interference, half duplex or deaf receiver.
 
     A sleeping or dead node still hears nothing. Where receptions overlap at a listener, its receive time is booked
     once.
 
     Args:
         clock: Simulated time.
-        paths: For each node, the nodes within range, ascending.
+        paths: For each node, the nodes within range, ascending; a link's `prr` decides the fate of a frame of any size.
         delay_ns: From the end of the transmission to its reception.
-        loss_probability: Of each frame at each listener.
         log: Where finished transmissions go.
+
+    Attributes:
+        faults: What else may befall a frame at a listener.
     """
 
-    def __init__(
-        self,
-        clock: Clock,
-        paths: Mapping[int, Sequence[Link]],
-        delay_ns: int,
-        loss_probability: float,
-        log: FrameLog,
-    ) -> None:
+    def __init__(self, clock: Clock, paths: Mapping[int, Sequence[Link]], delay_ns: int, log: FrameLog) -> None:
         self._clock = clock
-        self._paths = paths
+        self._ways = {source: _ways(links) for source, links in paths.items()}
         self._delay_ns = delay_ns
-        self._loss_probability = loss_probability
         self._log = log
         self._listeners: dict[int, Listener] = {}
         self._under_way = 0
-        self._nodes = {
-            source: np.array([path.destination for path in links], np.int64) for source, links in paths.items()
-        }
-        self._power_dbm = {
-            source: np.array([mw_to_dbm(path.power_mw) for path in links]) for source, links in paths.items()
-        }
+        self._on_air: dict[int, Ways] = {}
+        self.faults: FrameFaults | None = None
 
     def join(self, radio: Radio, generator: UniformSource) -> None:
         """Let a radio take part; `generator` decides its losses."""
         self._listeners[radio.node] = Listener(radio, Uniforms(generator))
+
+    def replace_links(self, source: int, links: Sequence[Link]) -> None:
+        """From now on a node's signals go these ways; what is on the air goes on as it began."""
+        self._ways[source] = _ways(links)
 
     @property
     def is_quiet(self) -> bool:
         """Whether nothing is on its way."""
         return self._under_way == 0
 
-    def is_busy(self, node: int) -> bool:
+    def is_busy(self, node: int, duration_ns: int | None = None, mode: str = "either") -> bool:
         """Clear channel assessment: the ideal channel is never busy."""
         return False
 
@@ -86,12 +91,13 @@ class IdealMedium:
         """See `Medium.begin`."""
         now_ns = self._clock.now_ns
         airtime_ns = radio.device.airtime_ns(frame.psdu_byte)
-        nodes = self._nodes[radio.node]
-        undecided, clean = np.full(len(nodes), LOST, np.int64), np.full(len(nodes), math.inf)
-        heard = Receptions(nodes, undecided, self._power_dbm[radio.node], clean)
+        ways = self._ways[radio.node]
+        undecided, clean = np.full(len(ways.nodes), LOST, np.int64), np.full(len(ways.nodes), math.inf)
+        heard = Receptions(ways.nodes, undecided, ways.power_dbm, clean)
         transmission = Transmission(self._log.next_id(), frame, now_ns, now_ns + airtime_ns, radio.tx_power_dbm, heard)
-        for path in self._paths[radio.node]:
-            listener = self._listeners[path.destination]
+        self._on_air[transmission.id] = ways
+        for node in ways.nodes.tolist():
+            listener = self._listeners[node]
             if listener.lock is None and listener.radio.is_listening:
                 listener.lock = transmission
                 listener.radio.locked()
@@ -126,28 +132,50 @@ class IdealMedium:
         self._clock.call_after(self._delay_ns, lambda _: self._decide(transmission))
 
     def _release(self, transmission: Transmission) -> None:
-        frame = transmission.frame
-        for path in self._paths[frame.source]:
-            listener = self._listeners[path.destination]
+        for node in transmission.receptions.node.tolist():
+            listener = self._listeners[node]
             if listener.lock is transmission:
                 listener.lock = None
-                listener.radio.reception_ended(label_of(transmission, path.destination), frame.kind)
+                listener.radio.reception_ended(label_of(transmission, node), transmission.frame.kind)
 
     def _decide(self, transmission: Transmission) -> None:
         """Settle every listener's outcome, record, then hand up what was decoded."""
         self._under_way -= 1
         frame, heard = transmission.frame, transmission.receptions
-        heard.outcome[:] = [self._outcome(self._listeners[node], transmission) for node in heard.node.tolist()]
+        prr = self._on_air.pop(transmission.id).prr
+        listeners = [self._listeners[node] for node in heard.node.tolist()]
+        heard.outcome[:] = [
+            self._outcome(listener, transmission, chance)
+            for listener, chance in zip(listeners, prr.tolist(), strict=True)
+        ]
+        self._strike(transmission)
         self._log.record(transmission)
         for node in heard.node[heard.outcome == RECEIVED].tolist():
             self._listeners[node].radio.on_receive(frame)
 
-    def _outcome(self, listener: Listener, transmission: Transmission) -> int:
+    def _outcome(self, listener: Listener, transmission: Transmission, chance: float) -> int:
         radio = listener.radio
         if transmission.truncated or radio.state == "dead":
             return DEAD
         if not radio.is_awake:
             return ASLEEP
-        if self._loss_probability > 0.0 and listener.uniforms.next() < self._loss_probability:
+        if chance < 1.0 and listener.uniforms.next() < 1.0 - chance:
             return LOST
         return RECEIVED if transmission.frame.is_for(radio.node) else OVERHEARD
+
+    def _strike(self, transmission: Transmission) -> None:
+        """Let fault rules take what would have been decoded."""
+        heard, frame = transmission.receptions, transmission.frame
+        decoded = np.isin(heard.outcome, (RECEIVED, OVERHEARD))
+        if self.faults is None or not decoded.any():
+            return
+        codes = self.faults.verdicts(frame.source, heard.node[decoded], frame, transmission.end_ns)
+        heard.outcome[decoded] = np.where(codes >= 0, codes, heard.outcome[decoded])
+
+
+def _ways(links: Sequence[Link]) -> Ways:
+    return Ways(
+        nodes=np.array([link.destination for link in links], np.int64),
+        power_dbm=np.array([mw_to_dbm(link.power_mw) for link in links], float),
+        prr=np.array([link.prr for link in links], float),
+    )

@@ -8,21 +8,24 @@ nodes. Received powers are whole zeptowatts (1e-18 mW): their sums are exact, in
 import heapq
 import math
 from collections import defaultdict, deque
-from collections.abc import Mapping, Sequence
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from netsim.models.reception import log_bit_success_of
+from netsim.models.delivery import DeliveryRatios
+from netsim.models.noise import Noise
 from netsim.sim.air import (
     ASLEEP,
     BUSY,
+    CAPTURED,
     COLLIDED,
     DEAD,
+    JAMMED,
     OVERHEARD,
     RECEIVED,
     WEAK,
+    FrameFaults,
     FrameLog,
     Link,
     Uniforms,
@@ -32,101 +35,165 @@ from netsim.sim.air import (
 from netsim.sim.clock import Clock
 from netsim.sim.frames import LinkFrame, Receptions, Transmission
 from netsim.sim.radio import Radio
-from netsim.sim.signals import ZW_PER_MW, Floats, Instant, Ints, Locks, Reach, reach_of
+from netsim.sim.receivers import Receivers
+from netsim.sim.signals import ZW_PER_MW, Floats, Indices, Instant, Ints, Mask, Reach, reach_of, zeptowatts
 from netsim.trace.events import BROADCAST, OUTCOME_CODE
-from netsim.units import NS_PER_S, mw_to_dbm
+from netsim.units import mw_to_dbm
 
 NEVER: Final = 1 << 62
 RECENTLY_ENDED: Final = 4096
 """Ended transmissions remembered for channel assessment: far more than end anywhere within eight symbols."""
 CCA_SYMBOLS: Final = 8
 """IEEE 802.15.4-2006 6.9.9."""
-INTERFERED: Final = 1.0 - 1e-9
+NOTABLE: Final = 1e-9
+"""Interference below this share of the noise is none."""
 
-Mask = NDArray[np.bool_]
+CcaMode = Literal["energy", "carrier", "either"]
+FadingGains = Callable[[int, int], Floats]
+"""From a sender and a number of listeners to the linear power gains of its next frame, drawn once a frame."""
 
 
 class SinrMedium:
     """Additive interference: a frame survives with the probability that each bit survives its own SINR.
 
-    Model: IEEE 802.15.4-2006 E.4.1.8 bit errors, independent given the SINR of each segment between changes of the
-    interference; a receiver locks on a preamble it hears from its start with at least the device's lock SINR and, once
-    locked, stays locked to the frame's end. Of preambles that begin at the same instant the strongest is caught. Not
-    modelled: propagation delay (under 1 us at 300 m), capture of a later stronger frame, adjacent channels.
+    A receiver locks on a preamble it hears from its start with at least the device's lock SINR. Locked, it stays so to the
+    frame's end, unless its device captures: then a frame that begins later and has at least the capture SINR takes the
+    receiver. Of preambles that begin at the same instant the strongest is caught. Bit errors are independent given the
+    powers of each segment (see `netsim.sim.receivers`). Not modelled: propagation delay (under 1 us at 300 m), adjacent
+    channels.
 
     Args:
         clock: Simulated time.
         paths: For each node, the nodes its signal reaches above the interference floor, ascending.
-        noise_mw: Thermal noise in the receiver's bandwidth.
+        noise: Noise of every node.
         log: Where finished transmissions go.
+        fading: What varies from frame to frame; None for nothing.
+        delivery: Measured delivery ratios that take the place of errors by noise; None where physics decides.
+
+    Attributes:
+        faults: What else may befall a frame at a listener.
     """
 
-    def __init__(self, clock: Clock, paths: Mapping[int, Sequence[Link]], noise_mw: float, log: FrameLog) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        paths: Mapping[int, Sequence[Link]],
+        noise: Noise,
+        log: FrameLog,
+        fading: FadingGains | None = None,
+        delivery: DeliveryRatios | None = None,
+    ) -> None:
         size = len(paths)
         self._clock = clock
         self._log = log
-        self._noise_zw = noise_mw * ZW_PER_MW
+        self._fading = fading
+        self._delivery = delivery
         self._index = {node: index for index, node in enumerate(sorted(paths))}
-        self._reach = {node: reach_of(links, self._index, self._noise_zw) for node, links in paths.items()}
+        self._reach = {node: reach_of(links, self._index) for node, links in paths.items()}
+        self._receivers = Receivers(noise)
         self._radios: list[Radio | None] = [None] * size
         self._uniforms: list[Uniforms | None] = [None] * size
         self._follows = np.zeros(size, bool)
-        self._lock_ratio = np.zeros(size)
-        self._bits_per_ns = np.zeros(size)
-        self._preamble_ns = np.zeros(size, np.int64)
         self._listens_since_ns = np.full(size, NEVER, np.int64)
         self._deaf_outcome = np.full(size, ASLEEP, np.int64)
-        self._air_zw = np.zeros(size, np.int64)
         self._began = Instant(size)
         self._ended: deque[tuple[int, Reach]] = deque(maxlen=RECENTLY_ENDED)
-        self._locks = Locks(size)
         self._heard_ns: defaultdict[tuple[str, str], Ints] = defaultdict(lambda: np.zeros(size, np.int64))
-        self._on_air: dict[int, Transmission] = {}
+        self._on_air: dict[int, tuple[Transmission, Reach]] = {}
         self._ends: list[tuple[int, int]] = []
+        self._jammers: dict[int, Reach] = {}
+        self.faults: FrameFaults | None = None
 
     def join(self, radio: Radio, generator: UniformSource) -> None:
         """Let a radio take part; `generator` decides its receptions."""
-        index, device = self._index[radio.node], radio.device
+        index = self._index[radio.node]
         self._radios[index] = radio
         self._uniforms[index] = Uniforms(generator)
         self._follows[index] = radio.follows_receptions
-        self._lock_ratio[index] = 10.0 ** (device.preamble_lock_sinr_db / 10.0)
-        self._bits_per_ns[index] = device.bitrate_bps / NS_PER_S
-        self._preamble_ns[index] = (device.phy_header_byte - 1) * 8 * NS_PER_S // device.bitrate_bps
+        self._receivers.join(index, radio.device)
+
+    def replace_links(self, source: int, links: Sequence[Link]) -> None:
+        """From now on a node's signals go these ways (it or others moved); what is on the air goes on as it began."""
+        self._reach[source] = reach_of(links, self._index)
+
+    def jam(self, powers_mw: Mapping[int, float]) -> int:
+        """A jammer begins: noise-like power at some nodes, until `unjam`.
+
+        Args:
+            powers_mw: Received power by node.
+
+        Returns:
+            What `unjam` is to be given.
+
+        Raises:
+            ScenarioError: If a node would receive more power than any receiver stands.
+        """
+        now_ns = self._clock.now_ns
+        self._retire(now_ns)
+        nodes = sorted(powers_mw)
+        index = np.array([self._index[node] for node in nodes], np.intp)
+        power_zw = zeptowatts([powers_mw[node] for node in nodes])
+        reach = Reach(index, np.array(nodes, np.int64), power_zw, np.empty(0, np.intp))
+        token = self._log.next_id()
+        self._jammers[token] = reach
+        self._powers_change(reach.index, now_ns)
+        self._receivers.air_zw[index] += power_zw
+        self._receivers.jam_zw[index] += power_zw
+        self._began.add(now_ns, index, power_zw)
+        return token
+
+    def unjam(self, token: int) -> None:
+        """A jammer falls silent."""
+        now_ns = self._clock.now_ns
+        self._retire(now_ns)
+        reach = self._jammers.pop(token)
+        self._powers_change(reach.index, now_ns)
+        self._receivers.air_zw[reach.index] -= reach.power_zw
+        self._receivers.jam_zw[reach.index] -= reach.power_zw
+        self._ended.append((now_ns, reach))
 
     @property
     def is_quiet(self) -> bool:
-        """Whether nothing is on the air."""
+        """Whether no frame is on the air."""
         return not self._on_air
 
-    def is_busy(self, node: int) -> bool:
-        """Clear channel assessment over the last eight symbols, mode 3 of IEEE 802.15.4-2006 6.9.9.
+    def is_busy(self, node: int, duration_ns: int | None = None, mode: CcaMode = "either") -> bool:
+        """Clear channel assessment over the time just past, modes 1 to 3 of IEEE 802.15.4-2006 6.9.9.
 
-        Busy if a carrier was caught, or if the energy of all that was on the air within that time reaches the device's
-        threshold. What begins at this very instant is not seen yet.
+        Busy if a carrier was caught (`carrier`), or if the energy of all that was on the air within that time reaches the
+        device's threshold (`energy`), or if either is so. What begins at this very instant is not seen yet.
+
+        Args:
+            node: Who assesses.
+            duration_ns: Length of the assessment; by default eight symbols.
+            mode: What counts.
         """
         now_ns, index = self._clock.now_ns, self._index[node]
         self._retire(now_ns)
-        device, locks = self._radio(index).device, self._locks
-        since_ns = now_ns - CCA_SYMBOLS * device.symbol_ns
-        if locks.start_ns[index] < now_ns and locks.end_ns[index] > since_ns:
-            return True
-        if locks.previous_end_ns[index] > since_ns:
-            return True
-        energy_zw = int(self._air_zw[index] - self._began.at(now_ns)[index]) + self._ended_zw(index, since_ns)
-        return mw_to_dbm((energy_zw + self._noise_zw) / ZW_PER_MW) >= device.cca_threshold_dbm
+        device, locks = self._radio(index).device, self._receivers.locks
+        since_ns = now_ns - (CCA_SYMBOLS * device.symbol_ns if duration_ns is None else duration_ns)
+        if mode != "energy":
+            if locks.start_ns[index] < now_ns and locks.end_ns[index] > since_ns:
+                return True
+            if locks.previous_end_ns[index] > since_ns:
+                return True
+        if mode == "carrier":
+            return False
+        energy_zw = int(self._receivers.air_zw[index] - self._began.at(now_ns)[index]) + self._ended_zw(index, since_ns)
+        heard_zw = energy_zw + float(self._receivers.noise_zw(now_ns)[index])
+        return mw_to_dbm(heard_zw / ZW_PER_MW) >= device.cca_threshold_dbm
 
     def begin(self, radio: Radio, frame: LinkFrame) -> Transmission:
         """See `Medium.begin`."""
         now_ns = self._clock.now_ns
         self._retire(now_ns)
         end_ns = now_ns + radio.device.airtime_ns(frame.psdu_byte)
-        reach = self._reach[radio.node]
-        heard = Receptions(
-            reach.near_ids, np.empty(len(reach.near), np.int64), reach.near_dbm, np.empty(len(reach.near))
-        )
+        reach = self._reach_now(radio.node, now_ns)
+        near = reach.near
+        power_dbm = 10.0 * np.log10(reach.power_zw[near] / ZW_PER_MW)
+        heard = Receptions(reach.ids[near], np.empty(len(near), np.int64), power_dbm, np.empty(len(near)))
         transmission = Transmission(self._log.next_id(), frame, now_ns, end_ns, radio.tx_power_dbm, heard)
-        self._on_air[transmission.id] = transmission
+        self._on_air[transmission.id] = (transmission, reach)
         heapq.heappush(self._ends, (end_ns, transmission.id))
         self._signal_begins(transmission, reach)
         self._clock.call_after(end_ns - now_ns, lambda _: self._end(transmission))
@@ -147,23 +214,18 @@ class SinrMedium:
 
     def stopped_listening(self, node: int, outcome: str) -> None:
         """See `Medium.stopped_listening`. What begins at this very instant meets a deaf receiver, whatever it met first."""
-        index = self._index[node]
+        index, locks = self._index[node], self._receivers.locks
         self._listens_since_ns[index] = NEVER
         self._deaf_outcome[index] = OUTCOME_CODE[outcome]
         if self._began.at(self._clock.now_ns)[index]:
-            for other in self._on_air.values():
+            for other, _ in self._on_air.values():
                 if other.start_ns == self._clock.now_ns:
-                    self._set_outcome(other, index, OUTCOME_CODE[outcome])
-        transmission = self._on_air.get(int(self._locks.transmission[index]))
-        if transmission is None:
+                    _set_outcome(other, node, OUTCOME_CODE[outcome])
+        number = int(locks.transmission[index])
+        if number not in self._on_air:
             return
-        self._set_outcome(transmission, index, OUTCOME_CODE[outcome])
-        self._locks.transmission[index], self._locks.end_ns[index] = 0, -1
-        label, kind = label_of(transmission, node), transmission.frame.kind
-        if self._follows[index]:
-            self._radio(index).reception_broken(label, kind)
-        else:
-            self._heard_ns[label, kind][index] += self._clock.now_ns - transmission.start_ns
+        self._leave(index, node, OUTCOME_CODE[outcome])
+        locks.transmission[index], locks.end_ns[index] = 0, -1
 
     def settle(self, node: int) -> None:
         """See `Medium.settle`."""
@@ -172,6 +234,26 @@ class SinrMedium:
             if times_ns[index]:
                 self._radio(index).heard(label, kind, int(times_ns[index]))
                 times_ns[index] = 0
+
+    def _reach_now(self, source: int, now_ns: int) -> Reach:
+        """Where a signal that begins now arrives: as at the start, unless something varies with time."""
+        reach = self._reach[source]
+        if self._fading is not None:
+            reach = reach.faded(self._fading(source, len(reach.index)))
+        elif not self._receivers.noise_varies:
+            return reach
+        noise_zw = self._receivers.noise_zw(now_ns)[reach.index]
+        return reach.nearer(reach.power_zw >= self._receivers.lock_ratio[reach.index] * noise_zw)
+
+    def _leave(self, index: int, node: int, outcome: int) -> None:
+        """A receiver leaves the frame it is locked on: note why, and book the time it spent on it."""
+        transmission, _ = self._on_air[int(self._receivers.locks.transmission[index])]
+        _set_outcome(transmission, node, outcome)
+        label, kind = label_of(transmission, node), transmission.frame.kind
+        if self._follows[index]:
+            self._radio(index).reception_broken(label, kind)
+        else:
+            self._heard_ns[label, kind][index] += self._clock.now_ns - transmission.start_ns
 
     def _ended_zw(self, index: int, since_ns: int) -> int:
         """Power at a node of the signals that ended after `since_ns`."""
@@ -193,9 +275,8 @@ class SinrMedium:
         """End every signal whose interval is over by now, before anything else happens at this instant."""
         while self._ends and self._ends[0][0] <= now_ns:
             _, number = heapq.heappop(self._ends)
-            transmission = self._on_air.get(number)
-            if transmission is not None:
-                self._signal_ends(transmission)
+            if number in self._on_air:
+                self._signal_ends(self._on_air[number][0])
 
     def _end(self, transmission: Transmission) -> None:
         if transmission.truncated:
@@ -208,104 +289,133 @@ class SinrMedium:
         for node in heard.node[heard.outcome == RECEIVED].tolist():
             self._radio(self._index[node]).on_receive(frame)
 
+    def _powers_change(self, index: Indices, now_ns: int) -> None:
+        """Close the segments of the receivers among these that are locked on something."""
+        self._receivers.close_segments(index[self._receivers.locks.end_ns[index] > now_ns], now_ns)
+
     def _signal_begins(self, transmission: Transmission, reach: Reach) -> None:
-        now_ns, locks = transmission.start_ns, self._locks
-        self._close_segments(reach.index[locks.end_ns[reach.index] > now_ns], now_ns)
-        self._air_zw[reach.index] += reach.power_zw
+        now_ns, receivers, locks = transmission.start_ns, self._receivers, self._receivers.locks
+        self._powers_change(reach.index, now_ns)
+        receivers.air_zw[reach.index] += reach.power_zw
         self._began.add(now_ns, reach.index, reach.power_zw)
-        near, heard = reach.near, transmission.receptions
-        earlier_zw = self._air_zw[near] - self._began.at(now_ns)[near]
-        heard.sinr[:] = reach.near_zw / (self._noise_zw + earlier_zw)
+        near, heard = reach.near_index, transmission.receptions
+        earlier_zw = receivers.air_zw[near] - self._began.at(now_ns)[near]
+        heard.sinr[:] = reach.power_zw[reach.near] / (receivers.noise_zw(now_ns)[near] + earlier_zw)
         locked = locks.end_ns[near] > now_ns
-        outcome = np.where(locked & ~self._beats(transmission, reach), BUSY, RECEIVED)
-        weak = heard.sinr < self._lock_ratio[near]
-        outcome = np.where(weak, self._causes_of_loss(transmission, reach, heard.sinr), outcome)
+        held = locked & (locks.start_ns[near] < now_ns) & (heard.sinr < receivers.capture_ratio[near])
+        outcome = np.where(
+            locked & (locks.start_ns[near] == now_ns) & ~self._beats(transmission, reach), BUSY, RECEIVED
+        )
+        weak = heard.sinr < receivers.lock_ratio[near]
+        outcome = np.where(weak, self._causes_of_weakness(transmission, reach, earlier_zw), outcome)
         outcome = np.where(self._listens_since_ns[near] <= now_ns, outcome, self._deaf_outcome[near])
-        heard.outcome[:] = np.where(locked & (locks.start_ns[near] < now_ns), BUSY, outcome)
+        heard.outcome[:] = np.where(held, BUSY, outcome)
         caught = heard.outcome == RECEIVED
-        self._displace(near[caught & locked])
+        self._displace(near[caught & locked], now_ns)
         self._lock(transmission, reach, caught)
 
     def _beats(self, transmission: Transmission, reach: Reach) -> Mask:
         """Where a preamble that began at the same instant is caught, but this one is stronger: it wins, in any order."""
-        locks, near = self._locks, reach.near
+        locks, near, near_zw = self._receivers.locks, reach.near_index, reach.power_zw[reach.near]
         source = self._index[transmission.frame.source]
-        stronger = reach.near_zw > locks.power_zw[near]
-        first = (reach.near_zw == locks.power_zw[near]) & (source < locks.source[near])
-        beats: Mask = (locks.start_ns[near] == transmission.start_ns) & (stronger | first)
+        beats: Mask = (near_zw > locks.power_zw[near]) | (
+            (near_zw == locks.power_zw[near]) & (source < locks.source[near])
+        )
         return beats
 
-    def _displace(self, listeners: NDArray[np.intp]) -> None:
+    def _displace(self, listeners: Indices, now_ns: int) -> None:
+        """A stronger preamble takes these receivers: from one of the same instant as if that had never been caught."""
+        locks = self._receivers.locks
         for index in listeners.tolist():
-            self._set_outcome(self._on_air[int(self._locks.transmission[index])], index, BUSY)
-        self._locks.end_ns[listeners] = self._locks.previous_end_ns[listeners]
-
-    def _set_outcome(self, transmission: Transmission, index: int, outcome: int) -> None:
-        near = self._reach[transmission.frame.source].near
-        transmission.receptions.outcome[near == index] = outcome
+            node = self._radio(index).node
+            if locks.start_ns[index] < now_ns:
+                self._leave(index, node, CAPTURED)
+                locks.end_ns[index] = now_ns
+            else:
+                _set_outcome(self._on_air[int(locks.transmission[index])][0], node, BUSY)
+                locks.end_ns[index] = locks.previous_end_ns[index]
 
     def _lock(self, transmission: Transmission, reach: Reach, locks_on: Mask) -> None:
-        listeners, locks = reach.near[locks_on], self._locks
+        listeners, locks = reach.near_index[locks_on], self._receivers.locks
         locks.transmission[listeners] = transmission.id
         locks.start_ns[listeners] = transmission.start_ns
         locks.previous_end_ns[listeners] = locks.end_ns[listeners]
         locks.end_ns[listeners] = transmission.end_ns
-        locks.power_zw[listeners] = reach.near_zw[locks_on]
         locks.source[listeners] = self._index[transmission.frame.source]
-        locks.segment_ns[listeners] = transmission.start_ns + self._preamble_ns[listeners]
-        locks.log_success[listeners] = 0.0
         locks.sinr[listeners] = transmission.receptions.sinr[locks_on]
+        self._receivers.lock(listeners, transmission.start_ns, reach.power_zw[reach.near][locks_on])
         for index in listeners[self._follows[listeners]].tolist():
             self._radio(index).locked()
 
-    def _close_segments(self, listeners: NDArray[np.intp], now_ns: int) -> None:
-        """Account for the interference that locked receivers met until now; call before it changes."""
-        locks = self._locks
-        listeners = listeners[locks.segment_ns[listeners] < now_ns]
-        if not len(listeners):
-            return
-        power_zw = locks.power_zw[listeners]
-        sinr = power_zw / (self._noise_zw + (self._air_zw[listeners] - power_zw))
-        bits = (now_ns - locks.segment_ns[listeners]) * self._bits_per_ns[listeners]
-        locks.sinr[listeners] = np.minimum(locks.sinr[listeners], sinr)
-        locks.log_success[listeners] += bits * log_bit_success_of(sinr)
-        locks.segment_ns[listeners] = now_ns
-
     def _signal_ends(self, transmission: Transmission) -> None:
-        now_ns, locks = transmission.end_ns, self._locks
-        del self._on_air[transmission.id]
-        reach = self._reach[transmission.frame.source]
-        self._close_segments(reach.index[locks.transmission[reach.index] != 0], now_ns)
-        self._air_zw[reach.index] -= reach.power_zw
+        now_ns, receivers = transmission.end_ns, self._receivers
+        _, reach = self._on_air.pop(transmission.id)
+        receivers.close_segments(reach.index[receivers.locks.transmission[reach.index] != 0], now_ns)
+        receivers.air_zw[reach.index] -= reach.power_zw
         self._ended.append((now_ns, reach))
-        self._conclude(transmission, reach, locks.transmission[reach.near] == transmission.id)
+        self._conclude(transmission, reach, receivers.locks.transmission[reach.near_index] == transmission.id)
 
     def _conclude(self, transmission: Transmission, reach: Reach, locked: Mask) -> None:
         """A signal is over: decide at each receiver that is locked on it whether it was decoded."""
-        listeners, heard, locks = reach.near[locked], transmission.receptions, self._locks
+        listeners, heard, locks = reach.near_index[locked], transmission.receptions, self._receivers.locks
         locks.transmission[listeners] = 0
         locks.end_ns[listeners] = transmission.end_ns
         heard.sinr[locked] = locks.sinr[listeners]
         if transmission.truncated:
             heard.outcome[:] = DEAD
         else:
-            decoded = self._draws(listeners) < np.exp(locks.log_success[listeners])
-            lost = self._causes_of_loss(transmission, reach, heard.sinr)[locked]
+            decoded = self._draws(listeners) < self._chances(transmission, reach, locked)
             destination = transmission.frame.destination
             mine = (heard.node[locked] == destination) | (destination == BROADCAST)
-            heard.outcome[locked] = np.where(decoded, np.where(mine, RECEIVED, OVERHEARD), lost)
+            got = np.where(mine, RECEIVED, OVERHEARD)
+            heard.outcome[locked] = np.where(decoded, got, self._causes_of_loss(listeners))
+            self._strike(transmission, locked & np.isin(heard.outcome, (RECEIVED, OVERHEARD)))
         self._book(transmission, listeners, heard.node[locked])
 
-    def _draws(self, listeners: NDArray[np.intp]) -> Floats:
+    def _chances(self, transmission: Transmission, reach: Reach, locked: Mask) -> Floats:
+        """Chance of each locked receiver to have decoded the frame; replayed where it was measured."""
+        listeners, locks = reach.near_index[locked], self._receivers.locks
+        if self._delivery is None:
+            chances: Floats = np.exp(locks.log_success[listeners])
+            return chances
+        ratios = self._delivery.ratios(transmission.frame.source, transmission.start_ns)[reach.near][locked]
+        with np.errstate(invalid="ignore"):  # -inf - -inf, where even noise alone leaves no chance
+            interference = np.nan_to_num(locks.log_success[listeners] - locks.log_alone[listeners], nan=0.0)
+        replayed: Floats = ratios * np.exp(np.minimum(interference, 0.0))
+        return replayed
+
+    def _strike(self, transmission: Transmission, decoded: Mask) -> None:
+        """Let fault rules take what would have been decoded."""
+        if self.faults is None or not decoded.any():
+            return
+        heard, frame = transmission.receptions, transmission.frame
+        codes = self.faults.verdicts(frame.source, heard.node[decoded], frame, transmission.end_ns)
+        heard.outcome[decoded] = np.where(codes >= 0, codes, heard.outcome[decoded])
+
+    def _draws(self, listeners: Indices) -> Floats:
         return np.array([uniforms.next() for index in listeners.tolist() if (uniforms := self._uniforms[index])])
 
-    def _causes_of_loss(self, transmission: Transmission, reach: Reach, sinr: Floats) -> Ints:
-        """Collided where there was interference and the frame alone would have had an even chance, weak elsewhere."""
-        interfered = sinr < reach.near_zw / self._noise_zw * INTERFERED
-        likely_alone = 8.0 * transmission.frame.psdu_byte * reach.alone >= math.log(0.5)
-        return np.where(interfered & likely_alone, COLLIDED, WEAK)
+    def _causes_of_loss(self, listeners: Indices) -> Ints:
+        """Jammed or collided where the frame would have had an even chance without that, weak elsewhere."""
+        locks, even = self._receivers.locks, math.log(0.5)
+        interfered = locks.log_success[listeners] < locks.log_alone[listeners]
+        jammed = locks.log_success[listeners] < locks.log_unjammed[listeners]
+        by_others = np.where(interfered & (locks.log_alone[listeners] >= even), COLLIDED, WEAK)
+        return np.where(jammed & (locks.log_unjammed[listeners] >= even), JAMMED, by_others)
 
-    def _book(self, transmission: Transmission, listeners: NDArray[np.intp], nodes: Ints) -> None:
+    def _causes_of_weakness(self, transmission: Transmission, reach: Reach, earlier_zw: Ints) -> Ints:
+        """What a preamble was not caught for: as for a loss, judged by the powers at its start."""
+        near, receivers, now_ns = reach.near_index, self._receivers, transmission.start_ns
+        near_zw, noise_zw = reach.power_zw[reach.near], receivers.noise_zw(now_ns)[near]
+        bits = 8.0 * transmission.frame.psdu_byte
+        likely_alone = bits * receivers.log_alone(near, near_zw.astype(float), now_ns) >= math.log(0.5)
+        interfered = earlier_zw > NOTABLE * noise_zw
+        jam_zw = receivers.jam_zw[near]
+        unjammed = near_zw / (noise_zw + earlier_zw - jam_zw) >= receivers.lock_ratio[near]
+        by_others = np.where(interfered & likely_alone, COLLIDED, WEAK)
+        return np.where((jam_zw > 0) & unjammed & likely_alone, JAMMED, by_others)
+
+    def _book(self, transmission: Transmission, listeners: Indices, nodes: Ints) -> None:
         """Book the time of a reception, at the radios themselves where they follow it."""
         kind, time_ns = transmission.frame.kind, transmission.end_ns - transmission.start_ns
         follows = self._follows[listeners]
@@ -317,3 +427,8 @@ class SinrMedium:
         if mine.any():
             self._heard_ns[label_of(transmission, int(quiet_nodes[mine][0])), kind][quiet[mine]] += time_ns
         self._heard_ns["overhear", kind][quiet[~mine]] += time_ns
+
+
+def _set_outcome(transmission: Transmission, node: int, outcome: int) -> None:
+    heard = transmission.receptions
+    heard.outcome[heard.node == node] = outcome

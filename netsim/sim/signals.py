@@ -1,4 +1,4 @@
-"""Signals in arrays over the nodes: where each sender's arrives, what began just now, what each receiver is locked on.
+"""Signals in arrays over the nodes: where each sender's arrives, and what began just now.
 
 Received powers are whole zeptowatts (1e-18 mW): their sums are exact, in whatever order signals come and go.
 """
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from netsim.errors import ScenarioError
-from netsim.models.reception import log_bit_success_of
 from netsim.sim.air import Link
 from netsim.units import mw_to_dbm
 
@@ -19,35 +18,45 @@ ZW_PER_MW: Final = 1e18
 MOST_RECEIVED_MW: Final = 1.0
 
 Ints = NDArray[np.int64]
+Indices = NDArray[np.intp]
 Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """Where one node's signal arrives; `near` are the positions of the listeners that can decode it at all.
+    """Where one signal arrives; `near` picks the listeners that can decode it at all.
 
     Attributes:
         index: Array index of every node it reaches, ascending.
+        ids: Their node ids.
         power_zw: Received power there.
-        near: Array index of the listeners at which it can be decoded.
-        near_zw: Received power there.
-        near_ids: Their node ids.
-        near_dbm: Received power in dBm.
-        alone: ln of the chance of a bit there without interference.
+        near: Positions in these arrays of the listeners at which it can be decoded.
     """
 
-    index: NDArray[np.intp]
+    index: Indices
+    ids: Ints
     power_zw: Ints
-    near: NDArray[np.intp]
-    near_zw: Ints
-    near_ids: Ints
-    near_dbm: Floats
-    alone: Floats
+    near: Indices
+
+    @property
+    def near_index(self) -> Indices:
+        """Array index of the listeners that can decode it."""
+        return self.index[self.near]
 
     def power_at(self, index: int) -> int:
         """Received power at one node, in zeptowatts."""
         place = int(np.searchsorted(self.index, index))
         return int(self.power_zw[place]) if place < len(self.index) and self.index[place] == index else 0
+
+    def faded(self, gains: Floats) -> "Reach":
+        """The same signal after power gains, one for each node it reaches; which of them are near is left to choose."""
+        power_zw = np.minimum(np.rint(self.power_zw * gains), MOST_RECEIVED_MW * ZW_PER_MW).astype(np.int64)
+        return Reach(self.index, self.ids, power_zw, self.near)
+
+    def nearer(self, mask: Mask) -> "Reach":
+        """The same signal with another choice of who can decode it."""
+        return Reach(self.index, self.ids, self.power_zw, np.flatnonzero(mask))
 
 
 class Instant:
@@ -56,9 +65,9 @@ class Instant:
     def __init__(self, size: int) -> None:
         self._power_zw = np.zeros(size, np.int64)
         self._at_ns = -1
-        self._touched: list[NDArray[np.intp]] = []
+        self._touched: list[Indices] = []
 
-    def add(self, now_ns: int, index: NDArray[np.intp], power_zw: Ints) -> None:
+    def add(self, now_ns: int, index: Indices, power_zw: Ints) -> None:
         """One more signal."""
         self.at(now_ns)
         self._power_zw[index] += power_zw
@@ -74,60 +83,32 @@ class Instant:
         return self._power_zw
 
 
-class Locks:
-    """What each receiver is locked on; arrays over the nodes.
-
-    Attributes:
-        transmission: Number of the transmission; 0 for none.
-        start_ns: Its start.
-        end_ns: Its end; kept after the reception is over, for channel assessment.
-        previous_end_ns: The end of the one before it.
-        power_zw: Its received power.
-        source: Array index of its sender.
-        segment_ns: Start of the segment of constant interference not yet accounted for.
-        log_success: ln of the chance that every bit so far is right.
-        sinr: Lowest ratio so far.
-    """
-
-    def __init__(self, size: int) -> None:
-        self.transmission = np.zeros(size, np.int64)
-        self.start_ns = np.full(size, -1, np.int64)
-        self.end_ns = np.full(size, -1, np.int64)
-        self.previous_end_ns = np.full(size, -1, np.int64)
-        self.power_zw = np.zeros(size, np.int64)
-        self.source = np.zeros(size, np.int64)
-        self.segment_ns = np.zeros(size, np.int64)
-        self.log_success = np.zeros(size)
-        self.sinr = np.zeros(size)
-
-
-def reach_of(links: Sequence[Link], index: Mapping[int, int], noise_zw: float) -> Reach:
+def reach_of(links: Sequence[Link], index: Mapping[int, int]) -> Reach:
     """Where one node's signal arrives.
 
     Args:
         links: Its links, ascending by destination.
         index: Array index of every node.
-        noise_zw: Noise power.
 
     Raises:
         ScenarioError: If a node would receive more power than any receiver stands.
     """
-    near = [link for link in links if link.decodable]
-    near_zw = _zeptowatts(near)
     return Reach(
         index=np.array([index[link.destination] for link in links], np.intp),
-        power_zw=_zeptowatts(links),
-        near=np.array([index[link.destination] for link in near], np.intp),
-        near_zw=near_zw,
-        near_ids=np.array([link.destination for link in near], np.int64),
-        near_dbm=np.array([mw_to_dbm(link.power_mw) for link in near]),
-        alone=log_bit_success_of(near_zw / noise_zw),
+        ids=np.array([link.destination for link in links], np.int64),
+        power_zw=zeptowatts([link.power_mw for link in links]),
+        near=np.flatnonzero([link.decodable for link in links]),
     )
 
 
-def _zeptowatts(links: Sequence[Link]) -> Ints:
-    strongest = max((link.power_mw for link in links), default=0.0)
+def zeptowatts(powers_mw: Sequence[float]) -> Ints:
+    """Received powers in whole zeptowatts.
+
+    Raises:
+        ScenarioError: If one is more than any receiver stands.
+    """
+    strongest = max(powers_mw, default=0.0)
     if strongest > MOST_RECEIVED_MW:
         message = f"a node would receive {mw_to_dbm(strongest):.1f} dBm from another, more than any receiver stands: "
         raise ScenarioError(message + "raise reference_loss_db or reference_distance_m, or lower tx_power_dbm")
-    return np.array([round(link.power_mw * ZW_PER_MW) for link in links], np.int64)
+    return np.array([round(power * ZW_PER_MW) for power in powers_mw], np.int64)

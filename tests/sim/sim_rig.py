@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from netsim.models.device_tables import load_radio
+from netsim.models.noise import ConstantNoise
 from netsim.sim.air import FrameLog, Link
 from netsim.sim.clock import Clock
 from netsim.sim.energy import Account, Battery, Meter
@@ -102,8 +103,7 @@ class Rig:
         for (source, destination), power_dbm in sorted(received_dbm.items()):
             paths[source].append(Link(destination, dbm_to_mw(power_dbm), power_dbm >= floor_dbm))
         frame_log = FrameLog(recorder, True)
-        make = medium or (lambda clock, paths, log: SinrMedium(clock, paths, dbm_to_mw(NOISE_DBM), log))
-        self.medium = make(self.clock, paths, frame_log)
+        self.medium = (medium or sinr_medium)(self.clock, paths, frame_log)
         self.stations = {}
         for node in nodes:
             self.stations[node] = self._station(node, recorder, (capacity_j or {}).get(node, float("inf")), full)
@@ -175,6 +175,11 @@ class Rig:
         """Recorded states of a node after the first `dead`."""
         states = [event.state for _, event in self.log.of(RadioState) if event.node == node]
         return states[states.index(DEAD) + 1 :]
+
+
+def sinr_medium(clock, paths, log, noise_dbm=NOISE_DBM, **more):
+    """A medium of constant noise."""
+    return SinrMedium(clock, paths, ConstantNoise(np.full(len(paths), dbm_to_mw(noise_dbm))), log, **more)
 
 
 def sorted_frames(frames):

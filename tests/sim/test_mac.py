@@ -1,14 +1,14 @@
 """CSMA-CA with acknowledgements: what its jobs come to."""
 
+from dataclasses import replace
+
 import pytest
-from sim_rig import MS, NOISE_DBM, US, Draws, Rig, airtime_ns, mesh, sorted_frames
+from sim_rig import MS, NOISE_DBM, US, Draws, Rig, airtime_ns, mesh, sinr_medium, sorted_frames
 
 from netsim.api import BROADCAST
 from netsim.sim.ideal_medium import IdealMedium
 from netsim.sim.mac.ideal import IdealMac
 from netsim.sim.mac.link import LinkJob
-from netsim.sim.medium import SinrMedium
-from netsim.units import dbm_to_mw
 
 NEARLY_ONE = 1.0 - 1e-9
 
@@ -22,10 +22,6 @@ class Deafening:
 
     def is_busy(self, node):
         return True
-
-
-def rig_medium(clock, paths, log):
-    return SinrMedium(clock, paths, dbm_to_mw(NOISE_DBM), log)
 
 
 def starts_us(rig, source):
@@ -77,7 +73,7 @@ def test_equal_packets_with_different_numbers_are_both_delivered():
 
 def test_a_busy_channel_is_given_up_after_five_assessments():
     """Exponents 3, 4, 5, 5, 5 with half of their periods: 4 + 8 + 16 + 16 + 16, and five assessments of 128 us."""
-    rig = Rig(mesh(2), medium=lambda *wiring: Deafening(rig_medium(*wiring))).add_macs({0: Draws(0.0, 0.5)})
+    rig = Rig(mesh(2), medium=lambda *wiring: Deafening(sinr_medium(*wiring))).add_macs({0: Draws(0.0, 0.5)})
     fate = rig.submit(1 * MS, 0, 1)
     rig.run()
     ((done_ns, delivery),) = fate
@@ -139,7 +135,11 @@ def test_the_radio_sleeps_after_an_acknowledgement_it_owed():
 
 
 def ideal(delay_ns=0, loss=0.0):
-    return lambda clock, paths, log: IdealMedium(clock, paths, delay_ns, loss, log)
+    def make(clock, paths, log):
+        lossy = {source: [replace(link, prr=1.0 - loss) for link in links] for source, links in paths.items()}
+        return IdealMedium(clock, lossy, delay_ns, log)
+
+    return make
 
 
 @pytest.mark.parametrize("gap_us", [0, 100, 192, 500, 1500, 1792, 1900, 2100])

@@ -1,0 +1,140 @@
+"""What each receiver meets, in arrays over the nodes: noise, the power on its air, and what it is locked on.
+
+A frame is cut into segments of constant interference, jamming and noise. Each segment adds the logarithm of the chance
+that all its bits are right, three times over: with everything, without interference (that is, noise alone), and without
+the jammers. The first decides; the others tell what a lost frame was lost to.
+"""
+
+import numpy as np
+
+from netsim.models.devices import RadioDevice
+from netsim.models.modulation import O_QPSK, Modulation
+from netsim.models.noise import Noise
+from netsim.sim.signals import ZW_PER_MW, Floats, Indices, Ints
+from netsim.units import NS_PER_S
+
+NEVER_CAPTURES = np.inf
+
+
+class Locks:
+    """What each receiver is locked on; arrays over the nodes.
+
+    Attributes:
+        transmission: Number of the transmission; 0 for none.
+        start_ns: Its start.
+        end_ns: Its end; kept after the reception is over, for channel assessment.
+        previous_end_ns: The end of the one before it.
+        power_zw: Its received power.
+        source: Array index of its sender.
+        segment_ns: Start of the segment of constant powers not yet accounted for.
+        log_success: ln of the chance that every bit so far is right.
+        log_alone: The same without interference and jammers.
+        log_unjammed: The same without jammers.
+        sinr: Lowest ratio so far.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.transmission = np.zeros(size, np.int64)
+        self.start_ns = np.full(size, -1, np.int64)
+        self.end_ns = np.full(size, -1, np.int64)
+        self.previous_end_ns = np.full(size, -1, np.int64)
+        self.power_zw = np.zeros(size, np.int64)
+        self.source = np.zeros(size, np.int64)
+        self.segment_ns = np.zeros(size, np.int64)
+        self.log_success = np.zeros(size)
+        self.log_alone = np.zeros(size)
+        self.log_unjammed = np.zeros(size)
+        self.sinr = np.zeros(size)
+
+
+class Receivers:
+    """See the module.
+
+    Args:
+        noise: Noise of every node.
+
+    Attributes:
+        air_zw: Power of all signals and jammers on the air at each node.
+        jam_zw: That of the jammers.
+        locks: What each receiver is locked on.
+        lock_ratio: Lowest SINR at which a preamble is caught.
+        capture_ratio: SINR from which a later frame takes the receiver; infinity where none does.
+    """
+
+    def __init__(self, noise: Noise) -> None:
+        size = len(noise.typical_mw)
+        self._noise = noise
+        self._noise_step = -1
+        self._noise_zw: Floats = np.zeros(0)
+        self.air_zw = np.zeros(size, np.int64)
+        self.jam_zw = np.zeros(size, np.int64)
+        self.locks = Locks(size)
+        self.lock_ratio = np.zeros(size)
+        self.capture_ratio = np.full(size, NEVER_CAPTURES)
+        self._bits_per_ns = np.zeros(size)
+        self._preamble_ns = np.zeros(size, np.int64)
+        self._modulation: Modulation = O_QPSK
+
+    def join(self, index: int, device: RadioDevice) -> None:
+        """A receiver takes part. All radios of one medium share a physical layer, so the last one's modulation holds."""
+        self.lock_ratio[index] = 10.0 ** (device.preamble_lock_sinr_db / 10.0)
+        if device.capture_sinr_db is not None:
+            self.capture_ratio[index] = 10.0 ** (device.capture_sinr_db / 10.0)
+        self._bits_per_ns[index] = device.bitrate_bps / NS_PER_S
+        self._preamble_ns[index] = (device.phy_header_byte - 1) * 8 * NS_PER_S // device.bitrate_bps
+        self._modulation = device.modulation
+
+    @property
+    def noise_varies(self) -> bool:
+        """Whether the noise changes with time."""
+        return self._noise.step_ns is not None
+
+    def noise_zw(self, time_ns: int) -> Floats:
+        """Noise of every node at a time, in zeptowatts."""
+        step_ns = self._noise.step_ns
+        return self._noise_in(0 if step_ns is None else time_ns // step_ns)
+
+    def lock(self, listeners: Indices, start_ns: int, signal_zw: Ints) -> None:
+        """Begin to count the bits of a frame caught at `start_ns`; those of its preamble are not counted."""
+        locks = self.locks
+        locks.power_zw[listeners] = signal_zw
+        locks.segment_ns[listeners] = start_ns + self._preamble_ns[listeners]
+        for chance in (locks.log_success, locks.log_alone, locks.log_unjammed):
+            chance[listeners] = 0.0
+
+    def close_segments(self, listeners: Indices, now_ns: int) -> None:
+        """Account for the time since each listener's segment began: the powers change now."""
+        listeners = listeners[self.locks.segment_ns[listeners] < now_ns]
+        while len(listeners):
+            step_ns = self._noise.step_ns
+            if step_ns is None:
+                self._close(listeners, now_ns, self._noise_in(0)[listeners])
+                return
+            first = int(self.locks.segment_ns[listeners].min()) // step_ns
+            until_ns = min(now_ns, (first + 1) * step_ns)
+            early = listeners[self.locks.segment_ns[listeners] < until_ns]
+            self._close(early, until_ns, self._noise_in(first)[early])
+            listeners = listeners[self.locks.segment_ns[listeners] < now_ns]
+
+    def log_alone(self, index: Indices, signal_zw: Floats, time_ns: int) -> Floats:
+        """Ln of the chance of a bit against the noise of a time, without interference."""
+        return self._modulation.log_bit_success(signal_zw, np.zeros(len(index)), self.noise_zw(time_ns)[index])
+
+    def _close(self, listeners: Indices, until_ns: int, noise_zw: Floats) -> None:
+        locks, log_of = self.locks, self._modulation.log_bit_success
+        bits = (until_ns - locks.segment_ns[listeners]) * self._bits_per_ns[listeners]
+        signal = locks.power_zw[listeners].astype(float)
+        other = (self.air_zw[listeners] - locks.power_zw[listeners]).astype(float)
+        locks.sinr[listeners] = np.minimum(locks.sinr[listeners], signal / (noise_zw + other))
+        whole = bits * log_of(signal, other, noise_zw)
+        locks.log_success[listeners] += whole
+        locks.log_alone[listeners] += bits * log_of(signal, np.zeros(len(other)), noise_zw) if other.any() else whole
+        jam = self.jam_zw[listeners]
+        locks.log_unjammed[listeners] += bits * log_of(signal, other - jam, noise_zw) if jam.any() else whole
+        locks.segment_ns[listeners] = until_ns
+
+    def _noise_in(self, step: int) -> Floats:
+        if step != self._noise_step:
+            self._noise_step = step
+            self._noise_zw = self._noise.power_mw(step) * ZW_PER_MW
+        return self._noise_zw
