@@ -127,11 +127,11 @@ def test_killed_run_leaves_a_readable_trace(scenarios: Path, tmp_path: Path) -> 
     )
     partial = out / "trace.partial.mcap"
     deadline = time.monotonic() + 90
-    while time.monotonic() < deadline and not (partial.exists() and partial.stat().st_size > 200_000):
+    while time.monotonic() < deadline and not (partial.exists() and partial.stat().st_size > 500_000):
         time.sleep(0.1)
     process.kill()
     process.wait()
-    assert partial.stat().st_size > 200_000
+    assert partial.stat().st_size > 500_000  # more than one chunk: the first is whole
     with pytest.warns(UserWarning, match="cut short"):
         assert sum(1 for _ in read_trace(partial)) > 1000
 
