@@ -133,12 +133,11 @@ class SinrMedium:
         nodes = sorted(powers_mw)
         index = np.array([self._index[node] for node in nodes], np.intp)
         power_zw = zeptowatts([powers_mw[node] for node in nodes])
-        reach = Reach(index, np.array(nodes, np.int64), power_zw, np.empty(0, np.intp))
+        reach = Reach.of(index, np.array(nodes, np.int64), power_zw, np.empty(0, np.intp))
         token = self._log.next_id()
         self._jammers[token] = reach
         self._powers_change(reach.index, now_ns)
-        self._receivers.air_zw[index] += power_zw
-        self._receivers.jam_zw[index] += power_zw
+        self._receivers.change_jam(index, power_zw)
         self._began.add(now_ns, index, power_zw)
         return token
 
@@ -148,8 +147,7 @@ class SinrMedium:
         self._retire(now_ns)
         reach = self._jammers.pop(token)
         self._powers_change(reach.index, now_ns)
-        self._receivers.air_zw[reach.index] -= reach.power_zw
-        self._receivers.jam_zw[reach.index] -= reach.power_zw
+        self._receivers.change_jam(reach.index, -reach.power_zw)
         self._ended.append((now_ns, reach))
 
     @property
@@ -189,9 +187,8 @@ class SinrMedium:
         self._retire(now_ns)
         end_ns = now_ns + radio.device.airtime_ns(frame.psdu_byte)
         reach = self._reach_now(radio.node, now_ns)
-        near = reach.near
-        power_dbm = 10.0 * np.log10(reach.power_zw[near] / ZW_PER_MW)
-        heard = Receptions(reach.ids[near], np.empty(len(near), np.int64), power_dbm, np.empty(len(near)))
+        size = len(reach.near)
+        heard = Receptions(reach.near_ids, np.empty(size, np.int64), reach.near_dbm, np.empty(size))
         transmission = Transmission(self._log.next_id(), frame, now_ns, end_ns, radio.tx_power_dbm, heard)
         self._on_air[transmission.id] = (transmission, reach)
         heapq.heappush(self._ends, (end_ns, transmission.id))
@@ -300,14 +297,15 @@ class SinrMedium:
         self._began.add(now_ns, reach.index, reach.power_zw)
         near, heard = reach.near_index, transmission.receptions
         earlier_zw = receivers.air_zw[near] - self._began.at(now_ns)[near]
-        heard.sinr[:] = reach.power_zw[reach.near] / (receivers.noise_zw(now_ns)[near] + earlier_zw)
+        heard.sinr[:] = reach.near_zw / (receivers.noise_zw(now_ns)[near] + earlier_zw)
         locked = locks.end_ns[near] > now_ns
         held = locked & (locks.start_ns[near] < now_ns) & (heard.sinr < receivers.capture_ratio[near])
         outcome = np.where(
             locked & (locks.start_ns[near] == now_ns) & ~self._beats(transmission, reach), BUSY, RECEIVED
         )
         weak = heard.sinr < receivers.lock_ratio[near]
-        outcome = np.where(weak, self._causes_of_weakness(transmission, reach, earlier_zw), outcome)
+        if weak.any():
+            outcome[weak] = self._causes_of_weakness(transmission, reach, earlier_zw)[weak]
         outcome = np.where(self._listens_since_ns[near] <= now_ns, outcome, self._deaf_outcome[near])
         heard.outcome[:] = np.where(held, BUSY, outcome)
         caught = heard.outcome == RECEIVED
@@ -316,7 +314,7 @@ class SinrMedium:
 
     def _beats(self, transmission: Transmission, reach: Reach) -> Mask:
         """Where a preamble that began at the same instant is caught, but this one is stronger: it wins, in any order."""
-        locks, near, near_zw = self._receivers.locks, reach.near_index, reach.power_zw[reach.near]
+        locks, near, near_zw = self._receivers.locks, reach.near_index, reach.near_zw
         source = self._index[transmission.frame.source]
         beats: Mask = (near_zw > locks.power_zw[near]) | (
             (near_zw == locks.power_zw[near]) & (source < locks.source[near])
@@ -343,7 +341,7 @@ class SinrMedium:
         locks.end_ns[listeners] = transmission.end_ns
         locks.source[listeners] = self._index[transmission.frame.source]
         locks.sinr[listeners] = transmission.receptions.sinr[locks_on]
-        self._receivers.lock(listeners, transmission.start_ns, reach.power_zw[reach.near][locks_on])
+        self._receivers.lock(listeners, transmission.start_ns, reach.near_zw[locks_on])
         for index in listeners[self._follows[listeners]].tolist():
             self._radio(index).locked()
 
@@ -367,9 +365,10 @@ class SinrMedium:
             decoded = self._draws(listeners) < self._chances(transmission, reach, locked)
             destination = transmission.frame.destination
             mine = (heard.node[locked] == destination) | (destination == BROADCAST)
-            got = np.where(mine, RECEIVED, OVERHEARD)
-            heard.outcome[locked] = np.where(decoded, got, self._causes_of_loss(listeners))
-            self._strike(transmission, locked & np.isin(heard.outcome, (RECEIVED, OVERHEARD)))
+            outcome = np.where(mine, RECEIVED, OVERHEARD)
+            outcome[~decoded] = self._causes_of_loss(listeners[~decoded], transmission.end_ns)
+            heard.outcome[locked] = outcome
+            self._strike(transmission, locked)
         self._book(transmission, listeners, heard.node[locked])
 
     def _chances(self, transmission: Transmission, reach: Reach, locked: Mask) -> Floats:
@@ -378,37 +377,41 @@ class SinrMedium:
         if self._delivery is None:
             chances: Floats = np.exp(locks.log_success[listeners])
             return chances
+        alone = self._receivers.log_alone(listeners, transmission.end_ns)
         ratios = self._delivery.ratios(transmission.frame.source, transmission.start_ns)[reach.near][locked]
         with np.errstate(invalid="ignore"):  # -inf - -inf, where even noise alone leaves no chance
-            interference = np.nan_to_num(locks.log_success[listeners] - locks.log_alone[listeners], nan=0.0)
+            interference = np.nan_to_num(locks.log_success[listeners] - alone, nan=0.0)
         replayed: Floats = ratios * np.exp(np.minimum(interference, 0.0))
         return replayed
 
-    def _strike(self, transmission: Transmission, decoded: Mask) -> None:
+    def _strike(self, transmission: Transmission, locked: Mask) -> None:
         """Let fault rules take what would have been decoded."""
-        if self.faults is None or not decoded.any():
+        if self.faults is None:
             return
         heard, frame = transmission.receptions, transmission.frame
+        decoded = locked & np.isin(heard.outcome, (RECEIVED, OVERHEARD))
         codes = self.faults.verdicts(frame.source, heard.node[decoded], frame, transmission.end_ns)
         heard.outcome[decoded] = np.where(codes >= 0, codes, heard.outcome[decoded])
 
     def _draws(self, listeners: Indices) -> Floats:
         return np.array([uniforms.next() for index in listeners.tolist() if (uniforms := self._uniforms[index])])
 
-    def _causes_of_loss(self, listeners: Indices) -> Ints:
+    def _causes_of_loss(self, listeners: Indices, end_ns: int) -> Ints:
         """Jammed or collided where the frame would have had an even chance without that, weak elsewhere."""
         locks, even = self._receivers.locks, math.log(0.5)
-        interfered = locks.log_success[listeners] < locks.log_alone[listeners]
-        jammed = locks.log_success[listeners] < locks.log_unjammed[listeners]
-        by_others = np.where(interfered & (locks.log_alone[listeners] >= even), COLLIDED, WEAK)
-        return np.where(jammed & (locks.log_unjammed[listeners] >= even), JAMMED, by_others)
+        alone = self._receivers.log_alone(listeners, end_ns)
+        interfered = locks.log_success[listeners] < alone * (1.0 + NOTABLE)
+        unjammed = self._receivers.log_unjammed(listeners)
+        jammed = locks.log_success[listeners] < unjammed
+        by_others = np.where(interfered & (alone >= even), COLLIDED, WEAK)
+        return np.where(jammed & (unjammed >= even), JAMMED, by_others)
 
     def _causes_of_weakness(self, transmission: Transmission, reach: Reach, earlier_zw: Ints) -> Ints:
         """What a preamble was not caught for: as for a loss, judged by the powers at its start."""
         near, receivers, now_ns = reach.near_index, self._receivers, transmission.start_ns
-        near_zw, noise_zw = reach.power_zw[reach.near], receivers.noise_zw(now_ns)[near]
+        near_zw, noise_zw = reach.near_zw, receivers.noise_zw(now_ns)[near]
         bits = 8.0 * transmission.frame.psdu_byte
-        likely_alone = bits * receivers.log_alone(near, near_zw.astype(float), now_ns) >= math.log(0.5)
+        likely_alone = bits * receivers.log_bit_alone(near, near_zw, now_ns) >= math.log(0.5)
         interfered = earlier_zw > NOTABLE * noise_zw
         jam_zw = receivers.jam_zw[near]
         unjammed = near_zw / (noise_zw + earlier_zw - jam_zw) >= receivers.lock_ratio[near]

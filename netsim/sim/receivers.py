@@ -28,8 +28,8 @@ class Locks:
         source: Array index of its sender.
         segment_ns: Start of the segment of constant powers not yet accounted for.
         log_success: ln of the chance that every bit so far is right.
-        log_alone: The same without interference and jammers.
-        log_unjammed: The same without jammers.
+        log_alone: The same without interference and jammers; kept only where the noise varies.
+        log_unjammed: The same without jammers; kept only where there are any.
         sinr: Lowest ratio so far.
     """
 
@@ -64,6 +64,8 @@ class Receivers:
     def __init__(self, noise: Noise) -> None:
         size = len(noise.typical_mw)
         self._noise = noise
+        self._step_ns = noise.step_ns
+        self._has_jammers = False
         self._noise_step = -1
         self._noise_zw: Floats = np.zeros(0)
         self.air_zw = np.zeros(size, np.int64)
@@ -87,26 +89,40 @@ class Receivers:
     @property
     def noise_varies(self) -> bool:
         """Whether the noise changes with time."""
-        return self._noise.step_ns is not None
+        return self._step_ns is not None
 
     def noise_zw(self, time_ns: int) -> Floats:
         """Noise of every node at a time, in zeptowatts."""
-        step_ns = self._noise.step_ns
-        return self._noise_in(0 if step_ns is None else time_ns // step_ns)
+        return self._noise_in(0 if self._step_ns is None else time_ns // self._step_ns)
 
     def lock(self, listeners: Indices, start_ns: int, signal_zw: Ints) -> None:
         """Begin to count the bits of a frame caught at `start_ns`; those of its preamble are not counted."""
         locks = self.locks
         locks.power_zw[listeners] = signal_zw
         locks.segment_ns[listeners] = start_ns + self._preamble_ns[listeners]
-        for chance in (locks.log_success, locks.log_alone, locks.log_unjammed):
-            chance[listeners] = 0.0
+        locks.log_success[listeners] = 0.0
+        if self._step_ns is not None:
+            locks.log_alone[listeners] = 0.0
+        if self._has_jammers:
+            locks.log_unjammed[listeners] = 0.0
+
+    def change_jam(self, index: Indices, power_zw: Ints) -> None:
+        """A jammer begins (power above 0) or ends; the segments of its listeners must have been closed."""
+        if not self._has_jammers:
+            self._has_jammers = True
+            self.locks.log_unjammed[:] = self.locks.log_success
+        self.air_zw[index] += power_zw
+        self.jam_zw[index] += power_zw
+
+    def log_unjammed(self, listeners: Indices) -> Floats:
+        """Ln of the chance that the frame which ends now would have been decoded without jammers."""
+        return (self.locks.log_unjammed if self._has_jammers else self.locks.log_success)[listeners]
 
     def close_segments(self, listeners: Indices, now_ns: int) -> None:
         """Account for the time since each listener's segment began: the powers change now."""
         listeners = listeners[self.locks.segment_ns[listeners] < now_ns]
         while len(listeners):
-            step_ns = self._noise.step_ns
+            step_ns = self._step_ns
             if step_ns is None:
                 self._close(listeners, now_ns, self._noise_in(0)[listeners])
                 return
@@ -116,9 +132,20 @@ class Receivers:
             self._close(early, until_ns, self._noise_in(first)[early])
             listeners = listeners[self.locks.segment_ns[listeners] < now_ns]
 
-    def log_alone(self, index: Indices, signal_zw: Floats, time_ns: int) -> Floats:
+    def log_alone(self, listeners: Indices, until_ns: int) -> Floats:
+        """Ln of the chance that the frame which ends now would have been decoded without interference and jammers."""
+        locks = self.locks
+        if self.noise_varies:
+            return locks.log_alone[listeners]
+        begun_ns = locks.start_ns[listeners] + self._preamble_ns[listeners]
+        bits = (until_ns - begun_ns) * self._bits_per_ns[listeners]
+        alone: Floats = bits * self.log_bit_alone(listeners, locks.power_zw[listeners], until_ns)
+        return alone
+
+    def log_bit_alone(self, index: Indices, signal_zw: Ints, time_ns: int) -> Floats:
         """Ln of the chance of a bit against the noise of a time, without interference."""
-        return self._modulation.log_bit_success(signal_zw, np.zeros(len(index)), self.noise_zw(time_ns)[index])
+        signal, none = signal_zw.astype(float), np.zeros(len(index))
+        return self._modulation.log_bit_success(signal, none, self.noise_zw(time_ns)[index])
 
     def _close(self, listeners: Indices, until_ns: int, noise_zw: Floats) -> None:
         locks, log_of = self.locks, self._modulation.log_bit_success
@@ -128,9 +155,10 @@ class Receivers:
         locks.sinr[listeners] = np.minimum(locks.sinr[listeners], signal / (noise_zw + other))
         whole = bits * log_of(signal, other, noise_zw)
         locks.log_success[listeners] += whole
-        locks.log_alone[listeners] += bits * log_of(signal, np.zeros(len(other)), noise_zw) if other.any() else whole
-        jam = self.jam_zw[listeners]
-        locks.log_unjammed[listeners] += bits * log_of(signal, other - jam, noise_zw) if jam.any() else whole
+        if self._step_ns is not None:
+            locks.log_alone[listeners] += bits * log_of(signal, np.zeros(len(other)), noise_zw)
+        if self._has_jammers:
+            locks.log_unjammed[listeners] += bits * log_of(signal, other - self.jam_zw[listeners], noise_zw)
         locks.segment_ns[listeners] = until_ns
 
     def _noise_in(self, step: int) -> Floats:

@@ -32,17 +32,27 @@ class Reach:
         ids: Their node ids.
         power_zw: Received power there.
         near: Positions in these arrays of the listeners at which it can be decoded.
+        near_index: Array index of those listeners.
+        near_ids: Their node ids.
+        near_zw: Received power there.
+        near_dbm: Received power there.
     """
 
     index: Indices
     ids: Ints
     power_zw: Ints
     near: Indices
+    near_index: Indices
+    near_ids: Ints
+    near_zw: Ints
+    near_dbm: Floats
 
-    @property
-    def near_index(self) -> Indices:
-        """Array index of the listeners that can decode it."""
-        return self.index[self.near]
+    @classmethod
+    def of(cls, index: Indices, ids: Ints, power_zw: Ints, near: Indices) -> "Reach":
+        """A reach from its first four attributes."""
+        near_zw = power_zw[near]
+        near_dbm = 10.0 * np.log10(near_zw / ZW_PER_MW)
+        return cls(index, ids, power_zw, near, index[near], ids[near], near_zw, near_dbm)
 
     def power_at(self, index: int) -> int:
         """Received power at one node, in zeptowatts."""
@@ -50,13 +60,13 @@ class Reach:
         return int(self.power_zw[place]) if place < len(self.index) and self.index[place] == index else 0
 
     def faded(self, gains: Floats) -> "Reach":
-        """The same signal after power gains, one for each node it reaches; which of them are near is left to choose."""
+        """The same signal after power gains, one for each node it reaches; nobody is near yet."""
         power_zw = np.minimum(np.rint(self.power_zw * gains), MOST_RECEIVED_MW * ZW_PER_MW).astype(np.int64)
-        return Reach(self.index, self.ids, power_zw, self.near)
+        return Reach.of(self.index, self.ids, power_zw, np.empty(0, np.intp))
 
     def nearer(self, mask: Mask) -> "Reach":
         """The same signal with another choice of who can decode it."""
-        return Reach(self.index, self.ids, self.power_zw, np.flatnonzero(mask))
+        return Reach.of(self.index, self.ids, self.power_zw, np.flatnonzero(mask))
 
 
 class Instant:
@@ -93,7 +103,7 @@ def reach_of(links: Sequence[Link], index: Mapping[int, int]) -> Reach:
     Raises:
         ScenarioError: If a node would receive more power than any receiver stands.
     """
-    return Reach(
+    return Reach.of(
         index=np.array([index[link.destination] for link in links], np.intp),
         ids=np.array([link.destination for link in links], np.int64),
         power_zw=zeptowatts([link.power_mw for link in links]),
