@@ -110,7 +110,7 @@ class _Builder:
         self._streams = Streams(self._scenario.seed, self._scenario.repetition)
         self._places = places(loaded, self._streams)
         self._problem = _problem(self._places, self._streams, loaded)
-        self._air = air_between(self._places, self._scenario.medium, self._streams)
+        self._air = air_between(self._places, loaded, self._streams)
         scenario, streams, recorder = self._scenario, self._streams, self._recorder
         self._medium = make_medium(scenario, clock, recorder, streams, self._air)
         make_mac = MacMaker(scenario, clock, streams, self._medium, self._air)

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from netsim.models.device_tables import Kind, shipped
+from netsim.models.media import IdealMediumParameters, MediumParameters, TraceMediumParameters
+from netsim.models.noise import ReplayedNoiseParameters
 from netsim.models.placement import CsvPlacement
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.scenario.load import LoadedScenario
@@ -41,6 +43,7 @@ class Gathering:
         portable = replace(
             scenario,
             nodes=tuple(self._group(group) for group in scenario.nodes),
+            medium=self._medium(scenario.medium),
             problem=self._problem(scenario.problem),
         )
         inputs = [Input(source, name) for source, name in self._names.items()]
@@ -68,6 +71,15 @@ class Gathering:
             battery = replace(battery, device=self._device("batteries", battery.device))
         radio, cpu = self._device("radios", group.radio), self._device("cpus", group.cpu)
         return replace(group, placement=placement, battery=battery, radio=radio, cpu=cpu)
+
+    def _medium(self, medium: MediumParameters) -> MediumParameters:
+        if isinstance(medium, IdealMediumParameters):
+            return medium
+        if isinstance(medium.noise, ReplayedNoiseParameters):
+            medium = replace(medium, noise=replace(medium.noise, file=self._copied(medium.noise.file)))
+        if isinstance(medium, TraceMediumParameters):
+            medium = replace(medium, file=self._copied(medium.file))
+        return medium
 
     def _problem(self, problem: Any) -> Any:
         if isinstance(problem, GraphParameters) and isinstance(problem.graph, GraphFile):

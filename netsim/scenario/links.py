@@ -1,39 +1,41 @@
-"""The radio neighbourhood at the start of a run: who hears whom how well, and what nodes are told of it."""
+"""The radio neighbourhood of a run: who hears whom how well, and what nodes are told of it; kept up where nodes move."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from netsim.api import Neighbour
+from netsim.errors import ScenarioError
 from netsim.models.delivery import DeliveryRatios
 from netsim.models.fading import Fading
-from netsim.models.noise import ConstantNoise, Noise
-from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters, audible_links
-from netsim.models.reception import frame_success_probability
+from netsim.models.media import IdealMediumParameters, TraceMediumParameters
+from netsim.models.noise import Noise
+from netsim.models.path_loss import Indices, Links
 from netsim.rng import Streams
-from netsim.scenario.places import Place, positions_m
+from netsim.scenario.link_quality import Array, Quality
+from netsim.scenario.link_sources import LinkSource, ideal_links, physical_links
+from netsim.scenario.load import LoadedScenario
+from netsim.scenario.places import Place
+from netsim.scenario.trace_links import trace_links
 from netsim.sim.air import Link
 from netsim.trace.events import LinkTable
-from netsim.units import dbm_to_mw
 
-INTERFERENCE_MARGIN_DB = 10.0
-"""Signals this far below the noise still count as interference; ten of them together add 3 dB at most."""
 LOWEST_PRR = 0.1
 """Nodes with a better link than this are told of each other as neighbours."""
+LOSSLESS_FROM_PRR = 0.5
+"""With perfect reception, better links than this lose nothing and the others do not exist."""
 
-Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class Air:
     """Every path between nodes, and the neighbours each node knows of.
 
     Attributes:
-        paths: For each node the nodes its signal reaches, ascending.
-        neighbours: For each node its neighbours, ascending.
-        table: The links as an event for the trace.
+        paths: For each node the nodes its signal reaches, ascending; as of the last `relocate`.
+        neighbours: For each node its neighbours, ascending; as of the last `relocate`.
+        table: The links at the start as an event for the trace.
         noise: Background noise at the nodes, ascending by id.
         fading: What varies from frame to frame; None for nothing.
         delivery: Measured delivery ratios to be replayed; None where physics decides.
@@ -45,98 +47,148 @@ class Air:
     noise: Noise
     fading: Fading | None = None
     delivery: DeliveryRatios | None = None
+    _links: "_LinkLists | None" = field(default=None)
+
+    @property
+    def can_relocate(self) -> bool:
+        """Whether links follow nodes that move; not where they come from a file."""
+        return self._links is not None
+
+    def relocate(self, moved: Mapping[int, tuple[float, float]]) -> Mapping[int, list[Link]]:
+        """Nodes moved: bring `paths` and `neighbours` up to date.
+
+        What was drawn for a pair of nodes (shadowing, asymmetry) or for a node (hardware) stays. After the first move of a
+        node, the time is in proportion to moved nodes times nodes.
+
+        Args:
+            moved: New position (x_m, y_m) by node id.
+
+        Returns:
+            The new list of links of every sender whose list changed.
+
+        Raises:
+            ScenarioError: If not `can_relocate`.
+        """
+        if self._links is None:
+            message = "the trace medium has the links of its file: its nodes cannot move"
+            raise ScenarioError(message)
+        return self._links.relocate(self, moved)
 
 
-def air_between(
-    places: Sequence[Place], medium: IdealMediumParameters | LogDistanceParameters, streams: Streams
-) -> Air:
-    """Compute the neighbourhood of a scenario's medium."""
+def air_between(places: Sequence[Place], loaded: LoadedScenario, streams: Streams) -> Air:
+    """Compute the neighbourhood of a scenario's medium.
+
+    Raises:
+        ScenarioError: For files that are missing or wrong, or that do not fit the scenario's nodes.
+    """
+    medium = loaded.scenario.medium
     if isinstance(medium, IdealMediumParameters):
-        return _ideal(places, medium)
-    return _log_distance(places, medium, streams)
-
-
-def _ideal(places: Sequence[Place], medium: IdealMediumParameters) -> Air:
-    distance_m = _distances(places)
-    reach = distance_m <= (np.inf if medium.range_m is None else medium.range_m)
-    np.fill_diagonal(reach, False)
-    source, destination = np.nonzero(reach)
-    prr = np.full(len(source), 1.0 - medium.loss_probability)
-    power_mw = np.array([dbm_to_mw(places[index].group.tx_power_dbm) for index in source.tolist()])
-    return _air(
-        places,
-        source,
-        destination,
-        np.zeros(len(source)),
-        power_mw,
-        np.ones(len(source), bool),
-        prr,
-        np.zeros(len(places)),
+        source = ideal_links(places, medium)
+    elif isinstance(medium, TraceMediumParameters):
+        source = trace_links(places, medium, loaded, streams)
+    else:
+        source = physical_links(places, medium, loaded.folder, streams)
+    perfect = not isinstance(medium, IdealMediumParameters) and medium.reception == "perfect"
+    lists = _LinkLists(places, source, perfect)
+    quality = lists.quality(source.links())
+    paths: dict[int, list[Link]] = {place.id: [] for place in places}
+    neighbours: dict[int, list[Neighbour]] = {place.id: [] for place in places}
+    for sender, link, neighbour in lists.rows(quality):
+        paths[sender].append(link)
+        if neighbour is not None:
+            neighbours[sender].append(neighbour)
+    return Air(
+        paths,
+        {number: tuple(known) for number, known in neighbours.items()},
+        _table(places, quality),
+        source.background.noise,
+        source.fading,
+        None if perfect else source.delivery,
+        lists if source.move is not None else None,
     )
 
 
-def _log_distance(places: Sequence[Place], medium: LogDistanceParameters, streams: Streams) -> Air:
-    tx_power_dbm = np.array([place.group.tx_power_dbm for place in places])
-    floor_dbm = medium.noise_dbm - INTERFERENCE_MARGIN_DB
+def _table(places: Sequence[Place], quality: Quality) -> LinkTable:
     ids = [place.id for place in places]
-    links = audible_links(positions_m(places), ids, tx_power_dbm, floor_dbm, medium, streams)
-    power_dbm = tx_power_dbm[links.source] + links.gain_db
-    snr_db = power_dbm - medium.noise_dbm
-    lock_db = np.array([place.radio.preamble_lock_sinr_db for place in places])
-    bits = 8 * (1 + max((place.radio.max_psdu_byte for place in places), default=0))  # the length octet too
-    prr = np.asarray(frame_success_probability(10.0 ** (snr_db / 10.0), bits))
-    return _air(
-        places,
-        links.source,
-        links.destination,
-        links.gain_db,
-        10.0 ** (power_dbm / 10.0),
-        snr_db >= lock_db[links.destination],
-        prr,
-        np.full(len(places), dbm_to_mw(medium.noise_dbm)),
+    shown = quality.only(quality.prr >= LOWEST_PRR)
+    return LinkTable(
+        source=[ids[index] for index in shown.links.source.tolist()],
+        destination=[ids[index] for index in shown.links.destination.tolist()],
+        gain_db=shown.links.gain_db.astype(np.float32),
+        prr=shown.prr.astype(np.float32),
     )
 
 
-def _air(
-    places: Sequence[Place],
-    source: NDArray[np.intp],
-    destination: NDArray[np.intp],
-    gain_db: Array,
-    power_mw: Array,
-    decodable: NDArray[np.bool_],
-    prr: Array,
-    noise_mw: Array,
-) -> Air:
-    ids = [place.id for place in places]
-    where = positions_m(places)
-    distance_m = np.hypot(*(where[source] - where[destination]).T)
-    paths: dict[int, list[Link]] = {number: [] for number in ids}
-    neighbours: dict[int, list[Neighbour]] = {number: [] for number in ids}
-    rows = zip(
-        source.tolist(),
-        destination.tolist(),
-        power_mw.tolist(),
-        decodable.tolist(),
-        prr.tolist(),
-        distance_m.tolist(),
-        strict=True,
-    )
-    for sender, listener, power, strong, ratio, distance in rows:
-        paths[ids[sender]].append(Link(ids[listener], power, strong, ratio))
-        if ratio >= LOWEST_PRR:
-            neighbours[ids[sender]].append(Neighbour(ids[listener], distance, ratio))
-    shown = prr >= LOWEST_PRR
-    table = LinkTable(
-        source=[ids[index] for index in source[shown]],
-        destination=[ids[index] for index in destination[shown]],
-        gain_db=gain_db[shown].astype(np.float32),
-        prr=prr[shown].astype(np.float32),
-    )
-    return Air(paths, {number: tuple(links) for number, links in neighbours.items()}, table, ConstantNoise(noise_mw))
+class _LinkLists:
+    """Turns the links of a source into the lists that media and nodes work with, at the start and after moves."""
+
+    def __init__(self, places: Sequence[Place], source: LinkSource, perfect: bool) -> None:
+        self._ids = [place.id for place in places]
+        self._index = {place.id: index for index, place in enumerate(places)}
+        self._source = source
+        self._perfect = perfect
+        self._heard_from: defaultdict[int, set[int]] | None = None
+
+    def quality(self, links: Links) -> Quality:
+        """What the links are worth; with perfect reception only those that are good enough, and without loss."""
+        quality = self._source.quality(links)
+        if not self._perfect:
+            return quality
+        kept = quality.only(quality.prr >= LOSSLESS_FROM_PRR)
+        return kept._replace(prr=np.ones(len(kept.prr)), decodable=np.ones(len(kept.prr), bool))
+
+    def rows(self, quality: Quality) -> Iterator[tuple[int, Link, Neighbour | None]]:
+        """Sender, link and, if it is good enough to be told of, neighbour."""
+        where, links, ids = self._source.positions_m, quality.links, self._ids
+        distance_m = np.hypot(*(where[links.source] - where[links.destination]).T)
+        columns = (links.source, links.destination, quality.power_mw, quality.decodable, quality.prr, distance_m)
+        for sender, listener, power, strong, ratio, distance in zip(*(c.tolist() for c in columns), strict=True):
+            known = Neighbour(ids[listener], distance, ratio) if ratio >= LOWEST_PRR else None
+            yield ids[sender], Link(ids[listener], power, strong, ratio), known
+
+    def relocate(self, air: Air, moved: Mapping[int, tuple[float, float]]) -> dict[int, list[Link]]:
+        """See `Air.relocate`."""
+        if self._source.move is None or not moved:
+            return {}
+        index: Indices = np.array([self._index[node] for node in moved], np.intp)
+        positions_m: Array = np.array(list(moved.values()), dtype=float).reshape(-1, 2)
+        heard_from = self._reverse(air)
+        fresh: defaultdict[int, list[tuple[Link, Neighbour | None]]] = defaultdict(list)
+        for sender, link, neighbour in self.rows(self.quality(self._source.move(index, positions_m))):
+            fresh[sender].append((link, neighbour))
+        affected = set(moved).union(fresh, *(heard_from[node] for node in moved))
+        changed: dict[int, list[Link]] = {}
+        for sender in sorted(affected):
+            before = air.paths[sender]
+            _update(air, sender, moved, fresh[sender])
+            after = air.paths[sender]
+            if after == before:
+                continue
+            changed[sender] = after
+            for listener in {link.destination for link in before} - {link.destination for link in after}:
+                heard_from[listener].discard(sender)
+            for link in after:
+                heard_from[link.destination].add(sender)
+        return changed
+
+    def _reverse(self, air: Air) -> defaultdict[int, set[int]]:
+        """For each node, the senders that reach it."""
+        if self._heard_from is None:
+            self._heard_from = defaultdict(set)
+            for sender, links in air.paths.items():
+                for link in links:
+                    self._heard_from[link.destination].add(sender)
+        return self._heard_from
 
 
-def _distances(places: Sequence[Place]) -> Array:
-    where = positions_m(places)
-    difference = where[:, None, :] - where[None, :, :]
-    distance: Array = np.hypot(difference[..., 0], difference[..., 1])
-    return distance
+def _update(
+    air: Air, sender: int, moved: Mapping[int, tuple[float, float]], fresh: Sequence[tuple[Link, Neighbour | None]]
+) -> None:
+    """Replace a sender's links to the nodes that moved, or all if it moved itself."""
+    all_new = sender in moved
+    links = [] if all_new else [link for link in air.paths[sender] if link.destination not in moved]
+    known = [] if all_new else [other for other in air.neighbours[sender] if other.id not in moved]
+    links += [link for link, _ in fresh]
+    known += [neighbour for _, neighbour in fresh if neighbour is not None]
+    air.paths[sender] = sorted(links, key=lambda link: link.destination)
+    air.neighbours[sender] = tuple(sorted(known, key=lambda other: other.id))

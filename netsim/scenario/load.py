@@ -8,7 +8,7 @@ from typing import Any
 
 from netsim.algorithms.registry import SHIPPED, Entry, load_own
 from netsim.errors import Finding, ScenarioError
-from netsim.models.path_loss import IdealMediumParameters
+from netsim.models.media import IdealMediumParameters
 from netsim.models.placement import GridPlacement, JitteredGridPlacement, PoissonDiskPlacement, UniformPlacement
 from netsim.problems.association import AssociationParameters, ListedTargets
 from netsim.reading import Document, Unknown, check_document, read_document

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import MinLen
 
-from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters
+from netsim.models.media import IdealMediumParameters, MediumParameters
 from netsim.models.placement import PlacementParameters
 from netsim.models.sensors import SensorParameters
 from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
@@ -18,7 +18,6 @@ from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
-MediumParameters = IdealMediumParameters | LogDistanceParameters
 MacParameters = IdealMacParameters | CsmaParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
