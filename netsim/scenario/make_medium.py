@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from netsim.models.path_loss import IdealMediumParameters
+from netsim.models.media import IdealMediumParameters
 from netsim.rng import Streams
 from netsim.scenario.links import Air
 from netsim.scenario.schema import Scenario
@@ -32,6 +32,8 @@ def make_medium(scenario: Scenario, clock: Clock, recorder: Recorder, streams: S
     log = FrameLog(recorder, scenario.trace.detail != "summary")
     if isinstance(parameters, IdealMediumParameters):
         return IdealMedium(clock, air.paths, s_to_ns(parameters.delay_s), log)
+    if parameters.reception != "sinr":
+        return IdealMedium(clock, air.paths, 0, log, air.delivery)
     return SinrMedium(clock, air.paths, air.noise, log, _fading_gains(air, streams), air.delivery)
 
 

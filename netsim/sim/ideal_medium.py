@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from netsim.models.delivery import DeliveryRatios
 from netsim.sim.air import (
     ASLEEP,
     DEAD,
@@ -55,16 +56,25 @@ class IdealMedium:
         paths: For each node, the nodes within range, ascending; a link's `prr` decides the fate of a frame of any size.
         delay_ns: From the end of the transmission to its reception.
         log: Where finished transmissions go.
+        delivery: Measured delivery ratios that take the place of the links' own; None for those.
 
     Attributes:
         faults: What else may befall a frame at a listener.
     """
 
-    def __init__(self, clock: Clock, paths: Mapping[int, Sequence[Link]], delay_ns: int, log: FrameLog) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        paths: Mapping[int, Sequence[Link]],
+        delay_ns: int,
+        log: FrameLog,
+        delivery: DeliveryRatios | None = None,
+    ) -> None:
         self._clock = clock
         self._ways = {source: _ways(links) for source, links in paths.items()}
         self._delay_ns = delay_ns
         self._log = log
+        self._delivery = delivery
         self._listeners: dict[int, Listener] = {}
         self._under_way = 0
         self._on_air: dict[int, Ways] = {}
@@ -143,6 +153,8 @@ class IdealMedium:
         self._under_way -= 1
         frame, heard = transmission.frame, transmission.receptions
         prr = self._on_air.pop(transmission.id).prr
+        if self._delivery is not None:
+            prr = self._delivery.ratios(frame.source, transmission.start_ns)
         listeners = [self._listeners[node] for node in heard.node.tolist()]
         heard.outcome[:] = [
             self._outcome(listener, transmission, chance)
