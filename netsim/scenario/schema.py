@@ -7,6 +7,9 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import MinLen
 
+from netsim.models.batteries import PeukertParameters, RakhmatovVrudhulaParameters
+from netsim.models.harvest import HarvestParameters
+from netsim.models.lora import LoraParameters
 from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters
 from netsim.models.placement import PlacementParameters
 from netsim.models.sensors import SensorParameters
@@ -61,7 +64,7 @@ class MainsPower:
     type: Literal["mains"] = "mains"
 
 
-BatteryParameters = DeviceBattery | CapacityBattery | MainsPower
+BatteryParameters = DeviceBattery | CapacityBattery | MainsPower | PeukertParameters | RakhmatovVrudhulaParameters
 
 
 @parameters
@@ -78,10 +81,14 @@ class NodeGroup:
     """A shipped radio (see `netsim list`) or the path of a radio file."""
     tx_power_dbm: float = 0.0
     """Transmit power; one the radio offers."""
+    lora: LoraParameters | None = None
+    """Settings of a LoRa radio, if not the defaults of each; refused for other radios."""
     cpu: Name = "msp430"
     """A shipped processor (see `netsim list`) or the path of a CPU file."""
     battery: BatteryParameters = DeviceBattery()
     """What the nodes live on."""
+    harvester: HarvestParameters | None = None
+    """What charges the battery, up to what it holds when full; for linear batteries only."""
     sensor: SensorParameters | None = SensorParameters()
     """The sensor's cost per reading; null for none."""
     algorithm: dict[str, Any] | None = None
