@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ class Place:
     Attributes:
         id: Its number.
         name: For people.
-        group: The group it belongs to.
+        group: The group it belongs to, with the output power worked out.
         group_index: Position of that group in the scenario.
         x_m: Position.
         y_m: Position.
@@ -170,8 +170,10 @@ def _devices(loaded: LoadedScenario, index: int, group: NodeGroup, findings: lis
         if group.lora is not None:
             with _Collected(findings, loaded, ("nodes", index, "lora")):
                 radio = lora_radio(radio, group.lora)
-        with _Collected(findings, loaded, ("nodes", index, "tx_power_dbm")):
-            radio.transmit_power_mw(group.tx_power_dbm)
+        with _Collected(
+            findings, loaded, ("nodes", index, "tx_power_dbm" if group.tx_range_m is None else "tx_range_m")
+        ):
+            radio.transmit_power_mw(_tx_power_dbm(group, radio))
     with _Collected(findings, loaded, ("nodes", index, "cpu")):
         cpu = load_cpu(group.cpu, folder)
     with _Collected(findings, loaded, ("nodes", index, "battery", "device")):
@@ -181,6 +183,16 @@ def _devices(loaded: LoadedScenario, index: int, group: NodeGroup, findings: lis
         return None
     has_sensor = group.role == "sensor" and group.sensor is not None
     return radio, cpu, battery, sensor_device(group.sensor) if has_sensor and group.sensor is not None else None
+
+
+def _tx_power_dbm(group: NodeGroup, radio: RadioDevice) -> float:
+    """A group's output power, given as such or by the range that an amplifier's formula turns into one."""
+    if group.tx_range_m is None:
+        return group.tx_power_dbm
+    if radio.amplifier is None:
+        message = f"{radio.name} has no law from range to power, as the first-order model has: give tx_power_dbm"
+        raise ScenarioError(message)
+    return radio.amplifier.power_for_range_dbm(group.tx_range_m, radio.bitrate_bps)
 
 
 def _harvester_fits(loaded: LoadedScenario, index: int, group: NodeGroup, battery: BatteryDevice) -> Iterator[Finding]:
@@ -216,4 +228,6 @@ def _numbered(
             continue
         number = next(free) if placed.id is None else placed.id
         name = placed.name or f"n{number:02d}"
-        yield Place(number, name, loaded.scenario.nodes[index], index, placed.x_m, placed.y_m, *device)
+        group = loaded.scenario.nodes[index]
+        group = replace(group, tx_power_dbm=_tx_power_dbm(group, device[0]))
+        yield Place(number, name, group, index, placed.x_m, placed.y_m, *device)

@@ -81,6 +81,8 @@ class NodeGroup:
     """A shipped radio (see `netsim list`) or the path of a radio file."""
     tx_power_dbm: float = 0.0
     """Transmit power; one the radio offers."""
+    tx_range_m: Positive | None = None
+    """For the first-order radio, in place of `tx_power_dbm`: the range that its amplifier's power is meant for."""
     lora: LoraParameters | None = None
     """Settings of a LoRa radio, if not the defaults of each; refused for other radios."""
     cpu: Name = "msp430"

@@ -209,7 +209,7 @@ def test_peukert_lifetimes_by_hand(current_ma, hours):
 
 
 def test_peukert_dies_at_the_exact_nanosecond():
-    """k = 2 makes the numbers round: 200 mA feel like 400, so 1000 mAh last 2.5 h; after 1 h of it 600 mAh last 6 h at 100."""
+    """k = 2 makes round numbers: 200 mA feel like 400, so 1000 mAh last 2.5 h; after an hour 600 mAh last 6 h at 100 mA."""
     cell = PeukertCell(PeukertParameters(capacity_mah=1000.0, rated_current_ma=100.0, exponent=2.0, supply_v=3.0))
     heavy, rated = 600 * FW_PER_MW, 300 * FW_PER_MW
     assert cell.lasts_ns(heavy) == 9000 * NS_PER_S

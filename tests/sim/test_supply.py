@@ -165,9 +165,9 @@ def test_order_within_an_instant_does_not_matter():
     for seed in range(8):
         node = Node(LinearCell(0.1), Clock(Shuffled(seed)))
         for at_s, power_mw in ((0, 30.0), (2, 0.0)):
-            node.clock.call_after(at_s * NS_PER_S, lambda _, p=power_mw: node.battery.harvest(p))
+            node.clock.call_after(at_s * NS_PER_S, lambda _, n=node, p=power_mw: n.battery.harvest(p))
         for at_s, power_mw in ((0, 10.0), (2, 60.0)):
-            node.clock.call_after(at_s * NS_PER_S, lambda _, p=power_mw: node.draw(0, p))
+            node.clock.call_after(at_s * NS_PER_S, lambda _, n=node, p=power_mw: n.draw(0, p))
         node.clock.environment.run(until=10 * NS_PER_S)
         ends.add(tuple(node.emptied_ns))
     assert ends == {(round((2 + 0.1 / 0.06) * NS_PER_S + 0.5),)}
