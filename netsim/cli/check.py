@@ -1,6 +1,6 @@
 """`netsim check`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import typer
@@ -8,36 +8,68 @@ import typer
 from netsim.cli import EXIT_BAD_INPUT
 from netsim.cli.console import say, tell
 from netsim.errors import Finding, ScenarioError
-from netsim.models.device_tables import load_radio
-from netsim.models.devices import device_findings
+from netsim.models.device_checks import device_findings
+from netsim.models.device_tables import Device, load_battery, load_cpu, load_device, load_radio
 from netsim.scenario.build import build
 from netsim.scenario.load import LoadedScenario, inspect
+from netsim.scenario.schema import DeviceBattery
 
 
 def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: bool) -> None:
-    """Check each file; exit status 2 if any has findings."""
-    wrong = 0
-    for file in files:
-        loaded, findings = _checked(file, overrides, plugins)
-        for finding in findings:
-            tell(str(finding))
-        wrong += len(findings)
-        if loaded is not None and not findings:
-            _tell(loaded)
+    """Check each file, a scenario or a device table; exit status 2 if any has findings. Warnings do not count."""
+    wrong = sum(_check(file, overrides, plugins) for file in files)
     if wrong:
         tell(f"{wrong} error{'s' if wrong > 1 else ''}")
         raise typer.Exit(EXIT_BAD_INPUT)
 
 
-def _checked(file: Path, overrides: Sequence[str], plugins: bool) -> tuple[LoadedScenario | None, list[Finding | str]]:
-    """A scenario and everything wrong with it: the file itself, then what shows only when it is built."""
+def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
+    """Traps that the devices of a valid scenario fall into, each device once."""
+    groups = loaded.scenario.nodes
+    batteries = {group.battery.device for group in groups if isinstance(group.battery, DeviceBattery)}
+    named: list[tuple[str, set[str], Callable[[str, Path], Device]]] = [
+        ("radio", {group.radio for group in groups}, load_radio),
+        ("cpu", {group.cpu for group in groups}, load_cpu),
+        ("battery", batteries, load_battery),
+    ]
+    for kind, names, load in named:
+        for name in sorted(names):
+            yield from (f"warning: {kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))
+
+
+def _check(file: Path, overrides: Sequence[str], plugins: bool) -> int:
+    """Check one file and say what is wrong with it; how many errors."""
+    loaded, device, findings = _checked(file, overrides, plugins)
+    for finding in findings:
+        tell(str(finding))
+    if device is not None:
+        _tell_device(file, device)
+    elif loaded is not None and not findings:
+        _tell(loaded)
+    return len(findings)
+
+
+def _checked(
+    file: Path, overrides: Sequence[str], plugins: bool
+) -> tuple[LoadedScenario | None, Device | None, list[Finding | str]]:
+    """A scenario or device and everything wrong with it: the file itself, then what shows only when it is built."""
     try:
+        device = None if overrides else load_device(file)
+        if device is not None:
+            return None, device, []
         loaded, findings = inspect(file, overrides, plugins=plugins)
         if loaded is not None:
             build(loaded)
     except ScenarioError as error:
-        return None, list(error.findings) or [str(error)]
-    return loaded, list(findings)
+        return None, None, list(error.findings) or [str(error)]
+    return loaded, None, list(findings)
+
+
+def _tell_device(file: Path, device: Device) -> None:
+    kind = type(device).__name__.removesuffix("Device").lower()
+    say(f"{file}: ok ({kind} {device.name})")
+    for warning in device_findings(device):
+        tell(f"warning: {warning}")
 
 
 def _tell(loaded: LoadedScenario) -> None:
@@ -46,6 +78,5 @@ def _tell(loaded: LoadedScenario) -> None:
     for name, entry in sorted(loaded.registry.found.items()):
         if ":" in name:
             say(f"  {name} was imported: {entry.summary}")
-    for radio in sorted({group.radio for group in scenario.nodes}):
-        for warning in device_findings(load_radio(radio, loaded.folder)):
-            tell(f"warning: radio {radio}: {warning}")
+    for warning in device_warnings(loaded):
+        tell(warning)

@@ -9,6 +9,7 @@ from pathlib import Path
 import typer
 
 from netsim.cli import EXIT_FAILURE, EXIT_INTERRUPTED
+from netsim.cli.check import device_warnings
 from netsim.cli.console import say, show, tell
 from netsim.cli.progress import watched
 from netsim.cli.summary import summary_table
@@ -26,6 +27,8 @@ def run_command(
     with watched() as watch:
         result = run(loaded, folder=folder, trace=trace, progress=watch)
     show(summary_table(result, loaded))
+    for warning in device_warnings(loaded):
+        tell(warning)
     _tell_files(result)
     _tell_troubles(result)
     if result.interrupted:

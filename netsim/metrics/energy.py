@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from netsim.trace.events import EnergyLedger, NodeLife, NodeTable
+from netsim.trace.events import EnergyHarvest, EnergyLedger, NodeLife, NodeTable
 from netsim.trace.recorder import Handler
 from netsim.units import NS_PER_S
 
@@ -17,10 +17,16 @@ class Energy:
         self._ledger: EnergyLedger | None = None
         self._names: dict[int, str] = {}
         self._deaths: dict[int, int] = {}
+        self._harvested_j = self._spilled_j = 0.0
 
     def handlers(self) -> Mapping[type[Any], Handler]:
         """See `Observer.handlers`."""
-        return {EnergyLedger: self._on_ledger, NodeTable: self._on_nodes, NodeLife: self._on_life}
+        return {
+            EnergyLedger: self._on_ledger,
+            EnergyHarvest: self._on_harvest,
+            NodeTable: self._on_nodes,
+            NodeLife: self._on_life,
+        }
 
     @property
     def ledger(self) -> EnergyLedger | None:
@@ -39,6 +45,8 @@ class Energy:
             "energy_by_node_j": {self._names.get(node, str(node)): joules for node, joules in by_node.items()},
             "energy_most_node": None if most is None else self._names.get(most, str(most)),
             "energy_most_j": None if most is None else by_node[most],
+            "energy_harvested_j": self._harvested_j,
+            "energy_spilled_j": self._spilled_j,
             "deaths": len(self._deaths),
             "death_by_node_s": {
                 self._names.get(node, str(node)): at_ns / NS_PER_S for node, at_ns in sorted(self._deaths.items())
@@ -48,6 +56,10 @@ class Energy:
 
     def _on_ledger(self, event: EnergyLedger, _: int) -> None:
         self._ledger = event
+
+    def _on_harvest(self, event: EnergyHarvest, _: int) -> None:
+        self._harvested_j = math.fsum(map(float, event.offered_j))
+        self._spilled_j = math.fsum(map(float, event.spilled_j))
 
     def _on_nodes(self, event: NodeTable, _: int) -> None:
         self._names = dict(zip(map(int, event.node), event.name, strict=True))

@@ -5,11 +5,14 @@ They are read from device tables, in the units of data sheets, by `netsim.models
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from netsim.errors import InvariantError, ScenarioError
-from netsim.models.modulation import O_QPSK, Modulation
-from netsim.units import NS_PER_S, dbm_to_mw
+from netsim.models.batteries import NonlinearParameters
+from netsim.models.first_order import FirstOrderAmplifier
+from netsim.models.lora import LoraParameters, LoraPhy
+from netsim.models.modulation import O_QPSK, LoraChirps, Modulation
+from netsim.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,51 +24,63 @@ class RadioDevice:
         supply_v: Supply voltage at which it draws these powers.
         bitrate_bps: Data rate on the air.
         off_mw: Draw with everything off.
-        sleep_mw: Draw in the power-down state, from which it wakes in `wake_ns`.
+        power_down_mw: Draw in power-down, registers kept and oscillator off, from which it wakes in `wake_ns`. Not called
+            sleep, a word that means three states a thousandfold apart in other simulators.
         idle_mw: Draw with oscillator on, receiver and transmitter off.
         listen_mw: Draw of the receiver waiting for a frame.
         receive_mw: Draw while a frame comes in.
-        transmit_mw: Draw by output power in dBm.
-        switching_mw: Draw during turnaround and wake-up.
+        transmit_mw: Draw by output power in dBm; empty where `amplifier` says it.
+        switching_mw: Draw during turnaround and from idle to listening.
+        wake_mw: Mean draw on the way from power-down to listening: oscillator start, then synthesiser.
         turnaround_ns: From receiving to transmitting, or back.
         wake_ns: From power-down to listening.
+        idle_wake_ns: From idle to listening.
         sensitivity_dbm: Weakest signal the data sheet vouches for.
         cca_threshold_dbm: Received power from which the channel counts as busy.
         phy_header_byte: Preamble, start-of-frame and length fields: what precedes the PSDU on the air.
         max_psdu_byte: Longest physical-layer payload.
         symbol_ns: Duration of a symbol, the unit of MAC timing.
+        preamble_ns: Duration of what must be heard for the receiver to lock: preamble and start of frame.
         preamble_lock_sinr_db: Lowest SINR at which a preamble is caught.
         capture_sinr_db: SINR from which the receiver leaves a frame it is locked on for one that begins later; None for
             a receiver that never does.
         modulation: How powers become right and wrong bits.
+        amplifier: What sending draws, where a formula says it.
+        lora: The modem and its settings, for LoRa; None for every other radio.
     """
 
     name: str
     supply_v: float
     bitrate_bps: int
     off_mw: float
-    sleep_mw: float
+    power_down_mw: float
     idle_mw: float
     listen_mw: float
     receive_mw: float
     transmit_mw: Mapping[float, float]
     switching_mw: float
+    wake_mw: float
     turnaround_ns: int
     wake_ns: int
+    idle_wake_ns: int
     sensitivity_dbm: float
     cca_threshold_dbm: float
     phy_header_byte: int
     max_psdu_byte: int
     symbol_ns: int
+    preamble_ns: int
     preamble_lock_sinr_db: float
     capture_sinr_db: float | None = None
     modulation: Modulation = O_QPSK
+    amplifier: FirstOrderAmplifier | None = None
+    lora: LoraPhy | None = None
 
     def transmit_power_mw(self, tx_power_dbm: float) -> float:
         """What sending draws: the table's value at its levels, a straight line over dBm between two of them.
 
         Args:
-            tx_power_dbm: Output power, between the lowest and the highest level of the table.
+            tx_power_dbm: Output power, between the lowest and the highest level of the table; any where an amplifier's
+                formula stands in its place.
 
         Returns:
             Power drawn from the supply, in mW.
@@ -73,6 +88,8 @@ class RadioDevice:
         Raises:
             ScenarioError: If the radio has no such output power; the levels are named.
         """
+        if self.amplifier is not None:
+            return self.amplifier.transmit_power_mw(tx_power_dbm, self.bitrate_bps)
         levels = sorted(self.transmit_mw)
         if not levels[0] <= tx_power_dbm <= levels[-1]:
             named = ", ".join(f"{level:g}" for level in levels)
@@ -95,8 +112,32 @@ class RadioDevice:
         if not 0 <= psdu_byte <= self.max_psdu_byte:
             message = f"a frame of {psdu_byte} bytes was given to {self.name}, which takes 0 to {self.max_psdu_byte}"
             raise InvariantError(message)
+        if self.lora is not None:
+            return self.lora.settings.airtime_ns(psdu_byte)
         bits = 8 * (self.phy_header_byte + psdu_byte)
         return (2 * bits * NS_PER_S + self.bitrate_bps) // (2 * self.bitrate_bps)
+
+
+def lora_radio(radio: RadioDevice, settings: LoraParameters) -> RadioDevice:
+    """The radio with other settings of its LoRa modem: symbol, preamble, bit rate and sensitivity follow from them.
+
+    Raises:
+        ScenarioError: If the radio has no LoRa modem.
+    """
+    if radio.lora is None:
+        message = f"{radio.name} is not a LoRa radio: it has no spreading factor or bandwidth to set"
+        raise ScenarioError(message)
+    phy = replace(radio.lora, settings=settings)
+    return replace(
+        radio,
+        lora=phy,
+        bitrate_bps=settings.bitrate_bps,
+        symbol_ns=settings.symbol_ns,
+        preamble_ns=settings.preamble_ns,
+        sensitivity_dbm=phy.sensitivity_dbm,
+        preamble_lock_sinr_db=phy.threshold_db,
+        modulation=LoraChirps(phy.threshold_db, phy.capture_db),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +147,7 @@ class CpuDevice:
     Attributes:
         name: Its name.
         active_mw: Draw while it computes.
-        sleep_mw: Draw while it waits.
+        sleep_mw: Draw while it waits, in the deepest mode from which its own timer wakes it.
         operations_per_s: Elementary floating-point operations a second.
     """
 
@@ -122,32 +163,14 @@ class BatteryDevice:
 
     Attributes:
         name: Its name.
-        energy_j: Usable energy when full; infinity for mains power.
+        energy_j: Usable energy when full, drawn gently; infinity for mains power.
+        chemistry: What heavy loads do to it; None for a linear cell, of which every joule can be had at any load.
     """
 
     name: str
     energy_j: float
+    chemistry: NonlinearParameters | None = None
 
 
 MAINS = BatteryDevice(name="ideal", energy_j=math.inf)
 """Mains power, called `ideal` in scenarios: it never runs out (what is drawn is still counted)."""
-
-
-def device_findings(radio: RadioDevice) -> list[str]:
-    """Known traps of radio tables that `radio` falls into, one sentence each; empty if none.
-
-    They are warnings: such a table runs, but the lifetimes it gives mislead. INET issue 757 and OTNS price listening as
-    sleep or the reverse; "sleep" of the CC2420 is the idle state in Castalia.
-    """
-    traps = {
-        f"listening draws {radio.listen_mw:g} mW but receiving {radio.receive_mw:g} mW; a receiver that waits for a "
-        "frame draws what receiving draws": radio.listen_mw < 0.9 * radio.receive_mw,
-        f"sleep draws {radio.sleep_mw:g} mW, more than idle ({radio.idle_mw:g} mW)": radio.sleep_mw > radio.idle_mw,
-        f"sleep draws {radio.sleep_mw:g} mW as idle does; sleep is the power-down state, idle has the oscillator on": (
-            radio.sleep_mw == radio.idle_mw
-        ),
-        f"off draws {radio.off_mw:g} mW, more than sleep ({radio.sleep_mw:g} mW)": radio.off_mw > radio.sleep_mw,
-        "waking from sleep takes no time, though an oscillator has to start": radio.wake_ns == 0,
-        "it radiates more than it draws": any(mw < dbm_to_mw(dbm) for dbm, mw in radio.transmit_mw.items()),
-    }
-    return [f"{radio.name}: {sentence}" for sentence, caught in traps.items() if caught]

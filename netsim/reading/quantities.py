@@ -48,6 +48,8 @@ _SIMPLE: dict[str, tuple[str, str, float]] = {
     "v": ("volts", "voltage", 1.0),
     "mah": ("milliampere-hours", "charge", 3.6),
     "ah": ("ampere-hours", "charge", 3600.0),
+    "ma_min": ("milliampere-minutes", "charge", 0.06),
+    "sqrt_min": ("square root of a minute", "square root of time", math.sqrt(60.0)),
     "db": ("decibels", "ratio", 1.0),
     "ppm": ("parts per million", "fraction", 1e-6),
     "percent": ("percent", "fraction", 1e-2),

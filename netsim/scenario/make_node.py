@@ -13,6 +13,7 @@ from netsim.scenario.schema import Scenario
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
+from netsim.sim.harvester import Harvester
 from netsim.sim.inbox import Inbox
 from netsim.sim.node import Parts
 from netsim.sim.radio import Radio
@@ -45,7 +46,11 @@ def make_parts(place: Place, shared: Shared, on_empty: Callable[[], None], deliv
     """
     clock = shared.clock
     account = Account()
-    battery = Battery(clock, place.battery.energy_j, on_empty)
+    chemistry = place.battery.chemistry
+    cell = None if chemistry is None else chemistry.cell()
+    battery = Battery(clock, place.battery.energy_j, on_empty, cell)
+    if place.group.harvester is not None:
+        Harvester(clock, battery, place.group.harvester)
     meters = tuple(Meter(clock, battery, account, device) for device in DEVICES)
     radio = _radio(place, shared, meters[0])
     network = shared.make_network(place, deliver)

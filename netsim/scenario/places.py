@@ -1,14 +1,17 @@
 """From node groups to numbered nodes with positions and devices."""
 
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from netsim.errors import Finding, ScenarioError
+from netsim.models.batteries import PeukertParameters, RakhmatovVrudhulaParameters
 from netsim.models.device_tables import load_battery, load_cpu, load_radio
-from netsim.models.devices import MAINS, BatteryDevice, CpuDevice, RadioDevice
+from netsim.models.devices import MAINS, BatteryDevice, CpuDevice, RadioDevice, lora_radio
+from netsim.models.modulation import Cc2420Fit, OQpsk
 from netsim.models.node_files import PlacedNode
 from netsim.models.placement import positions
 from netsim.models.sensors import SensorDevice, sensor_device
@@ -25,7 +28,7 @@ class Place:
     Attributes:
         id: Its number.
         name: For people.
-        group: The group it belongs to.
+        group: The group it belongs to, with the output power worked out.
         group_index: Position of that group in the scenario.
         x_m: Position.
         y_m: Position.
@@ -126,14 +129,34 @@ def _foreign_radios(loaded: LoadedScenario, devices: Sequence["_Devices | None"]
         first = first or radio
         if radio is None or first is None:
             continue
-        ours, theirs = ((each.bitrate_bps, each.phy_header_byte, each.symbol_ns) for each in (radio, first))
-        if ours != theirs:
+        if _physical_layer(radio) != _physical_layer(first):
             yield loaded.document.finding(
                 ("nodes", index, "radio"),
-                f"a radio with the bit rate, header and symbol of {first.name} ({first.bitrate_bps} bit/s)",
-                f"{radio.name} ({radio.bitrate_bps} bit/s)",
-                "radios of different physical layers cannot share a medium: give all groups the same kind",
+                f"a radio with the physical layer of {_named(first)}",
+                _named(radio),
+                "radios of different physical layers cannot share a medium: give all groups the same kind"
+                + (" and the same `lora` settings" if radio.lora is not None else ""),
             )
+
+
+def _physical_layer(radio: RadioDevice) -> tuple[object, ...]:
+    """What two radios must have in common to hear each other. How well a modem hears may differ, its settings may not."""
+    if radio.lora is not None:
+        return (radio.lora.settings,)
+    return radio.bitrate_bps, radio.phy_header_byte, radio.preamble_ns, radio.symbol_ns, _waveform(radio)
+
+
+def _waveform(radio: RadioDevice) -> str:
+    """Modulations that describe one waveform by different curves count as one."""
+    return "o-qpsk" if isinstance(radio.modulation, OQpsk | Cc2420Fit) else type(radio.modulation).__name__
+
+
+def _named(radio: RadioDevice) -> str:
+    settings = f"{radio.bitrate_bps} bit/s, {_waveform(radio)}"
+    if radio.lora is not None:
+        lora = radio.lora.settings
+        settings = f"LoRa SF{lora.spreading_factor}, {lora.bandwidth_khz} kHz, coding rate 4/{4 + lora.coding_rate}"
+    return f"{radio.name} ({settings})"
 
 
 _Devices = tuple[RadioDevice, CpuDevice, BatteryDevice, SensorDevice | None]
@@ -144,16 +167,44 @@ def _devices(loaded: LoadedScenario, index: int, group: NodeGroup, findings: lis
     folder = loaded.folder
     with _Collected(findings, loaded, ("nodes", index, "radio")):
         radio = load_radio(group.radio, folder)
-        with _Collected(findings, loaded, ("nodes", index, "tx_power_dbm")):
-            radio.transmit_power_mw(group.tx_power_dbm)
+        if group.lora is not None:
+            with _Collected(findings, loaded, ("nodes", index, "lora")):
+                radio = lora_radio(radio, group.lora)
+        with _Collected(
+            findings, loaded, ("nodes", index, "tx_power_dbm" if group.tx_range_m is None else "tx_range_m")
+        ):
+            radio.transmit_power_mw(_tx_power_dbm(group, radio))
     with _Collected(findings, loaded, ("nodes", index, "cpu")):
         cpu = load_cpu(group.cpu, folder)
     with _Collected(findings, loaded, ("nodes", index, "battery", "device")):
         battery = _battery(loaded, group.battery)
+        findings += _harvester_fits(loaded, index, group, battery)
     if len(findings) > before:
         return None
     has_sensor = group.role == "sensor" and group.sensor is not None
     return radio, cpu, battery, sensor_device(group.sensor) if has_sensor and group.sensor is not None else None
+
+
+def _tx_power_dbm(group: NodeGroup, radio: RadioDevice) -> float:
+    """A group's output power, given as such or by the range that an amplifier's formula turns into one."""
+    if group.tx_range_m is None:
+        return group.tx_power_dbm
+    if radio.amplifier is None:
+        message = f"{radio.name} has no law from range to power, as the first-order model has: give tx_power_dbm"
+        raise ScenarioError(message)
+    return radio.amplifier.power_for_range_dbm(group.tx_range_m, radio.bitrate_bps)
+
+
+def _harvester_fits(loaded: LoadedScenario, index: int, group: NodeGroup, battery: BatteryDevice) -> Iterator[Finding]:
+    """Only a linear cell knows what charging does: the laws of the others are about draining."""
+    if group.harvester is None or (battery.chemistry is None and battery.energy_j != math.inf):
+        return
+    yield loaded.document.finding(
+        ("nodes", index, "harvester"),
+        "a linear battery to charge",
+        "mains power" if battery.chemistry is None else f"the chemistry {battery.chemistry.type}",
+        "give `battery` an energy_j, or remove the harvester",
+    )
 
 
 def _battery(loaded: LoadedScenario, battery: BatteryParameters) -> BatteryDevice:
@@ -161,6 +212,8 @@ def _battery(loaded: LoadedScenario, battery: BatteryParameters) -> BatteryDevic
         return load_battery(battery.device, loaded.folder)
     if isinstance(battery, CapacityBattery):
         return BatteryDevice("capacity", battery.energy_j)
+    if isinstance(battery, PeukertParameters | RakhmatovVrudhulaParameters):
+        return BatteryDevice(battery.type, battery.energy_j, battery)
     return MAINS
 
 
@@ -175,4 +228,6 @@ def _numbered(
             continue
         number = next(free) if placed.id is None else placed.id
         name = placed.name or f"n{number:02d}"
-        yield Place(number, name, loaded.scenario.nodes[index], index, placed.x_m, placed.y_m, *device)
+        group = loaded.scenario.nodes[index]
+        group = replace(group, tx_power_dbm=_tx_power_dbm(group, device[0]))
+        yield Place(number, name, group, index, placed.x_m, placed.y_m, *device)

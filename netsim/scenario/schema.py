@@ -7,6 +7,9 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import MinLen
 
+from netsim.models.batteries import PeukertParameters, RakhmatovVrudhulaParameters
+from netsim.models.harvest import HarvestParameters
+from netsim.models.lora import LoraParameters
 from netsim.models.media import IdealMediumParameters, MediumParameters
 from netsim.models.placement import PlacementParameters
 from netsim.models.sensors import SensorParameters
@@ -60,7 +63,7 @@ class MainsPower:
     type: Literal["mains"] = "mains"
 
 
-BatteryParameters = DeviceBattery | CapacityBattery | MainsPower
+BatteryParameters = DeviceBattery | CapacityBattery | MainsPower | PeukertParameters | RakhmatovVrudhulaParameters
 
 
 @parameters
@@ -77,10 +80,16 @@ class NodeGroup:
     """A shipped radio (see `netsim list`) or the path of a radio file."""
     tx_power_dbm: float = 0.0
     """Transmit power; one the radio offers."""
+    tx_range_m: Positive | None = None
+    """For the first-order radio, in place of `tx_power_dbm`: the range that its amplifier's power is meant for."""
+    lora: LoraParameters | None = None
+    """Settings of a LoRa radio, if not the defaults of each; refused for other radios."""
     cpu: Name = "msp430"
     """A shipped processor (see `netsim list`) or the path of a CPU file."""
     battery: BatteryParameters = DeviceBattery()
     """What the nodes live on."""
+    harvester: HarvestParameters | None = None
+    """What charges the battery, up to what it holds when full; for linear batteries only."""
     sensor: SensorParameters | None = SensorParameters()
     """The sensor's cost per reading; null for none."""
     algorithm: dict[str, Any] | None = None

@@ -7,16 +7,12 @@ Two independent sums of the same draw are kept. The battery integrates the node'
 its own share under device, state and message kind. At the end of a run both must agree (`Battery.check_closure`).
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from netsim.errors import InvariantError
+from netsim.models.batteries import FW_PER_MW, YJ_PER_J, Cell, LinearCell
 from netsim.sim.clock import Clock
-
-FW_PER_MW = 10**12
-YJ_PER_PJ = 10**12
-YJ_PER_J = 10**24
 
 
 @dataclass(slots=True)
@@ -58,39 +54,58 @@ class Account:
 
 
 class Battery:
-    """Energy left in a node, emptied by the power its meters announce.
+    """Energy left in a node, emptied by the power its meters announce, and filled by a harvester where there is one.
 
-    The instant of depletion is computed, never polled: one guard event is armed for the predicted instant and, when it
-    fires too early because the draw has fallen since, armed again. It comes before everything else that happens at its
-    nanosecond: from then on the node is dead, in whatever order the rest is handled.
+    The instant of depletion is computed, never polled: one guard event is armed for an instant before which the cell
+    cannot be empty; when it fires too early, because the draw has fallen since, it is armed again for the exact end at
+    the present draw. It comes before everything else that happens at its nanosecond: from then on the node is dead, in
+    whatever order the rest is handled.
 
     Args:
         clock: Simulated time.
         capacity_j: Usable energy at the start, to the nearest picojoule; infinity for mains power.
-        on_empty: Called once, at the first nanosecond at which the energy drawn reaches the capacity.
+        on_empty: Called once, at the first nanosecond at which nothing is left.
+        cell: The chemistry; by default a linear cell of that capacity, empty when the energy drawn reaches it.
     """
 
-    def __init__(self, clock: Clock, capacity_j: float, on_empty: Callable[[], None]) -> None:
+    def __init__(self, clock: Clock, capacity_j: float, on_empty: Callable[[], None], cell: Cell | None = None) -> None:
         self._clock = clock
         self.capacity_j = capacity_j
-        self._capacity_yj = None if capacity_j == math.inf else round(capacity_j * 1e12) * YJ_PER_PJ
+        self._cell = LinearCell(capacity_j) if cell is None else cell
         self._on_empty = on_empty
         self._meters: list[Meter] = []
         self._power_fw = 0
+        self._harvest_fw = 0
         self._used_yj = 0
+        self._harvested_yj = 0
+        self._spilled_yj = 0
         self._since_ns = clock.now_ns
         self._guard_ns: int | None = None
         self.is_empty = False
+        self.is_harvested = False
 
     @property
     def used_j(self) -> float:
-        """Energy drawn until now. Asking changes nothing."""
+        """Energy drawn by the node until now. Asking changes nothing."""
         return self._used_now_yj / YJ_PER_J
 
     @property
     def left_j(self) -> float:
-        """Energy left now."""
-        return math.inf if self._capacity_yj is None else (self._capacity_yj - self._used_now_yj) / YJ_PER_J
+        """Energy left now, as the cell's chemistry counts it (see `netsim.models.batteries`).
+
+        Empty is 0, or less by what was drawn within the nanosecond in which it ran out.
+        """
+        return self._cell.left_j(self._power_fw - self._harvest_fw, self._clock.now_ns - self._since_ns)
+
+    @property
+    def harvested_j(self) -> float:
+        """Energy that the harvester has offered until now."""
+        return (self._harvested_yj + self._harvest_fw * (self._clock.now_ns - self._since_ns)) / YJ_PER_J
+
+    @property
+    def spilled_j(self) -> float:
+        """Of that, what found the battery full, up to when the draw or the harvest last changed (or `settle`)."""
+        return self._spilled_yj / YJ_PER_J
 
     def connect(self, meter: "Meter") -> None:
         """Let a device draw from this battery."""
@@ -98,9 +113,24 @@ class Battery:
 
     def power_changed(self) -> None:
         """A meter's power has changed just now: settle what was drawn so far and predict the end anew."""
-        self._settle()
+        self.settle()
         self._power_fw = sum(meter.power_fw for meter in self._meters)
-        self._arm()
+        self._arm(self._cell.lasts_at_least_ns(self._power_fw - self._harvest_fw))
+
+    def harvest(self, power_mw: float) -> None:
+        """From now on a harvester offers this power. What finds the battery full is spilled."""
+        self.settle()
+        self.is_harvested = True
+        self._harvest_fw = round(power_mw * FW_PER_MW)
+        self._arm(self._cell.lasts_at_least_ns(self._power_fw - self._harvest_fw))
+
+    def settle(self) -> None:
+        """Account for everything until now."""
+        time_ns = self._clock.now_ns - self._since_ns
+        self._used_yj += self._power_fw * time_ns
+        self._harvested_yj += self._harvest_fw * time_ns
+        self._spilled_yj += self._cell.pass_time(self._power_fw - self._harvest_fw, time_ns)
+        self._since_ns = self._clock.now_ns
 
     def check_closure(self, account: Account, node: int) -> None:
         """Compare the integrated draw with the ledger.
@@ -119,30 +149,25 @@ class Battery:
     def _used_now_yj(self) -> int:
         return self._used_yj + self._power_fw * (self._clock.now_ns - self._since_ns)
 
-    def _settle(self) -> None:
-        self._used_yj = self._used_now_yj
-        self._since_ns = self._clock.now_ns
-
-    def _arm(self) -> None:
-        """Be called when the battery is empty at the present draw; to be used just after settling."""
-        if self._capacity_yj is None or self._power_fw <= 0 or self.is_empty:
+    def _arm(self, delay_ns: int | None) -> None:
+        """Be called in that time, unless a guard comes earlier anyway."""
+        if delay_ns is None or self.is_empty:
             return
-        delay_ns = max(0, -((self._used_yj - self._capacity_yj) // self._power_fw))
         at_ns = self._since_ns + delay_ns
         if self._guard_ns is None or at_ns < self._guard_ns:
             self._guard_ns = at_ns
             self._clock.call_first(delay_ns, self._guard_fired)
 
     def _guard_fired(self, _: object) -> None:
-        if self.is_empty or self._guard_ns != self._clock.now_ns or self._capacity_yj is None:
+        if self.is_empty or self._guard_ns != self._clock.now_ns:
             return  # a later guard was replaced by an earlier one
         self._guard_ns = None
-        self._settle()
-        if self._used_yj >= self._capacity_yj:
+        self.settle()
+        if self._cell.is_empty:
             self.is_empty = True
             self._on_empty()
         else:
-            self._arm()
+            self._arm(self._cell.lasts_ns(self._power_fw - self._harvest_fw))
 
 
 class Meter:

@@ -154,12 +154,12 @@ class Radio:
     def sleep(self) -> None:
         """Turn the receiver off. Only from listen or receive; the MAC sees to that."""
         self._turn_away("asleep")
-        self._enter("sleep", self.device.sleep_mw, "sleep")
+        self._enter("sleep", self.device.power_down_mw, "sleep")
 
     def wake(self) -> None:
         """Turn on again; it listens after the device's start-up time."""
         if self.state == "sleep":
-            self._enter("switch", self.device.idle_mw, "wake")
+            self._enter("switch", self.device.wake_mw, "wake")
             self._waking = True
             self._ready_in(self.device.wake_ns)
 

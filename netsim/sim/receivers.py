@@ -83,7 +83,7 @@ class Receivers:
         if device.capture_sinr_db is not None:
             self.capture_ratio[index] = 10.0 ** (device.capture_sinr_db / 10.0)
         self._bits_per_ns[index] = device.bitrate_bps / NS_PER_S
-        self._preamble_ns[index] = (device.phy_header_byte - 1) * 8 * NS_PER_S // device.bitrate_bps
+        self._preamble_ns[index] = device.preamble_ns
         self._modulation = device.modulation
 
     @property

@@ -7,7 +7,7 @@ from netsim.api import Algorithm, NodeHandle
 from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
 from netsim.sim.node import Node
-from netsim.trace.events import EnergyLedger, Event, NodeEnergy
+from netsim.trace.events import EnergyHarvest, EnergyLedger, Event, NodeEnergy
 from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
@@ -100,7 +100,19 @@ class Simulation:
             parts.battery.check_closure(parts.account, node_id)
         if self._recorder.wants(NodeEnergy):
             self._record_energy()
+        self._record_harvest()
         self._recorder.record(self._ledger())
+
+    def _record_harvest(self) -> None:
+        batteries = {number: member.node.parts.battery for number, member in self._members.items()}
+        harvested = {number: battery for number, battery in batteries.items() if battery.is_harvested}
+        if not harvested:
+            return
+        for battery in harvested.values():
+            battery.settle()
+        offered_j = [battery.harvested_j for battery in harvested.values()]
+        spilled_j = [battery.spilled_j for battery in harvested.values()]
+        self._recorder.record(EnergyHarvest(list(harvested), offered_j, spilled_j))
 
     def _ledger(self) -> EnergyLedger:
         rows = [

@@ -206,6 +206,18 @@ class EnergyLedger:
 
 
 @dataclass(frozen=True, slots=True)
+class EnergyHarvest:
+    """What the harvesters brought, one row a node that has one; written at the end."""
+
+    topic: ClassVar[str] = "/energy/harvest"
+    node: U32Array
+    offered_j: F64Array
+    """What arrived at the battery."""
+    spilled_j: F64Array
+    """Of that, what found it full."""
+
+
+@dataclass(frozen=True, slots=True)
 class Frame:
     """One transmission on the air and what became of it at each listener; recorded at its end."""
 
@@ -433,6 +445,7 @@ Event = (
     | RouteChange
     | NodeEnergy
     | EnergyLedger
+    | EnergyHarvest
     | Frame
     | MessageSent
     | MessageDelivered

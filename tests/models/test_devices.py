@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from netsim.errors import InvariantError, ScenarioError
-from netsim.models.device_tables import load_battery, load_cpu, load_radio, shipped
-from netsim.models.devices import RadioDevice, device_findings
+from netsim.models.batteries import PeukertParameters
+from netsim.models.device_checks import device_findings
+from netsim.models.device_tables import load_battery, load_cpu, load_device, load_radio, shipped
+from netsim.models.devices import BatteryDevice, RadioDevice
 
 HERE = Path(__file__).parent
 SHIPPED_RADIO = HERE.parents[1] / "netsim" / "models" / "data" / "radios" / "cc2420.yaml"
@@ -21,13 +23,16 @@ def cc2420() -> RadioDevice:
 
 
 def test_cc2420_powers_are_the_data_sheet_currents_at_3_volt(cc2420: RadioDevice) -> None:
-    powers = (cc2420.off_mw, cc2420.sleep_mw, cc2420.idle_mw, cc2420.listen_mw, cc2420.receive_mw)
+    powers = (cc2420.off_mw, cc2420.power_down_mw, cc2420.idle_mw, cc2420.listen_mw, cc2420.receive_mw)
     assert powers == pytest.approx((6e-5, 0.06, 1.278, 56.4, 56.4))
     assert cc2420.transmit_mw == pytest.approx({0.0: 52.2, -5.0: 42.0, -10.0: 33.0, -15.0: 29.7, -25.0: 25.5})
 
 
 def test_cc2420_timing(cc2420: RadioDevice) -> None:
-    assert (cc2420.turnaround_ns, cc2420.wake_ns, cc2420.symbol_ns) == (192_000, 860_000, 16_000)
+    assert (cc2420.turnaround_ns, cc2420.idle_wake_ns, cc2420.symbol_ns) == (192_000, 192_000, 16_000)
+    assert cc2420.wake_ns == 860_000 + 192_000  # the oscillator starts, then the synthesiser locks
+    assert cc2420.wake_mw * cc2420.wake_ns == pytest.approx(1.278 * 860_000 + 56.4 * 192_000)
+    assert cc2420.preamble_ns == 5 * 32_000
     assert cc2420.turnaround_ns == 12 * cc2420.symbol_ns
     assert isinstance(cc2420.turnaround_ns, int)
 
@@ -71,11 +76,58 @@ def test_cpus_and_batteries() -> None:
     assert 0.0 < load_battery("coin_cell", HERE).energy_j < load_battery("aa_pair", HERE).energy_j
 
 
-def test_every_shipped_table_loads_and_has_no_trap() -> None:
-    assert (shipped("radios"), shipped("cpus")) == (["cc2420"], ["cortex_m4", "msp430"])
-    assert shipped("batteries") == ["aa_pair", "coin_cell", "ideal"]
-    assert [load_cpu(name, HERE).active_mw > 0.0 for name in shipped("cpus")] == [True, True]
-    assert [device_findings(load_radio(name, HERE)) for name in shipped("radios")] == [[]]
+RADIOS = ["cc1000", "cc2420", "cc2538", "first_order", "nrf52840", "sx1276", "wins2"]
+CPUS = ["atmega128l", "cortex_m4", "msp430", "sh4_7751"]
+BATTERIES = ["aa_pair", "aa_pair_peukert", "coin_cell", "ideal", "itsy_rv"]
+
+
+def test_what_is_shipped() -> None:
+    assert (shipped("radios"), shipped("cpus"), shipped("batteries")) == (RADIOS, CPUS, BATTERIES)
+
+
+@pytest.mark.parametrize(
+    "device",
+    [
+        *[load_radio(name, HERE) for name in RADIOS if name != "first_order"],
+        *[load_cpu(name, HERE) for name in CPUS],
+        *[load_battery(name, HERE) for name in BATTERIES],
+    ],
+    ids=lambda device: device.name,
+)
+def test_shipped_devices_have_no_trap(device: object) -> None:
+    assert device_findings(device) == []  # type: ignore[arg-type]
+
+
+def test_the_first_order_model_is_warned_of() -> None:
+    findings = "\n".join(device_findings(load_radio("first_order", HERE)))
+    assert "listening draws 0 mW but receiving 50 mW" in findings
+    assert "waking from power-down takes no time" in findings
+
+
+@pytest.mark.parametrize("folder", ["radios", "cpus", "batteries"])
+def test_a_table_is_recognised_for_what_it_is(folder: str) -> None:
+    for path in (SHIPPED_RADIO.parents[1] / folder).glob("*.yaml"):
+        device = load_device(path)
+        assert device is not None
+        assert type(device).__name__.lower().startswith({"radios": "radio", "cpus": "cpu", "batteries": "batt"}[folder])
+
+
+def test_a_table_without_kind_is_known_by_its_keys(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text(SHIPPED_RADIO.read_text().replace("kind: radio\n", ""))
+    assert isinstance(load_device(tmp_path / "mine.yaml"), RadioDevice)
+    (tmp_path / "cell.yaml").write_text("name: cell\nenergy_j: {value: 3, source: mine}\n")
+    assert load_device(tmp_path / "cell.yaml") == BatteryDevice("cell", 3.0)
+    (tmp_path / "scenario.yaml").write_text("kind: scenario\nname: x\n")
+    assert load_device(tmp_path / "scenario.yaml") is None
+
+
+@pytest.mark.parametrize(("key", "words"), [("sleep_ma", "424 uA"), ("wake_us", "power_down_to_idle_us")])
+def test_keys_refused_on_purpose_say_why(tmp_path: Path, key: str, words: str) -> None:
+    (tmp_path / "mine.yaml").write_text(SHIPPED_RADIO.read_text() + f"{key}: {{value: 0.02, source: mine}}\n")
+    with pytest.raises(ScenarioError) as caught:
+        load_radio("mine.yaml", tmp_path)
+    (finding,) = caught.value.findings
+    assert (finding.path, words in finding.remedy) == (key, True)
 
 
 def test_devices_travel_to_other_processes(cc2420: RadioDevice) -> None:
@@ -90,9 +142,9 @@ def test_own_table_by_relative_path(tmp_path: Path) -> None:
 
 
 def test_unknown_device_names_what_there_is_and_the_nearest() -> None:
-    with pytest.raises(ScenarioError, match=r"expected one of cc2420.* did you mean `cc2420`\?"):
+    with pytest.raises(ScenarioError, match=r"expected one of cc1000, cc2420.* did you mean `cc2420`\?"):
         load_radio("CC2402", HERE)
-    with pytest.raises(ScenarioError, match="aa_pair, coin_cell, ideal") as caught:
+    with pytest.raises(ScenarioError, match="aa_pair, aa_pair_peukert, coin_cell, ideal, itsy_rv") as caught:
         load_battery("reactor", HERE)
     assert "did you mean" not in str(caught.value)
 
@@ -120,10 +172,12 @@ def test_wrong_tables_are_refused(tmp_path: Path, old: str, new: str, names: tup
     ("change", "warning"),
     [
         ({"listen_mw": 0.006}, "listening draws 0.006 mW but receiving 56.4 mW"),
-        ({"sleep_mw": 1.4}, "more than idle"),
-        ({"sleep_mw": 1.278}, "as idle does"),
-        ({"sleep_mw": 1e-6}, "off draws 6e-05 mW, more than sleep"),
-        ({"wake_ns": 0}, "takes no time"),
+        ({"power_down_mw": 1.4}, "more than idle"),
+        ({"power_down_mw": 1.278}, "as idle does"),
+        ({"power_down_mw": 1e-6}, "off draws 6e-05 mW, more than power-down"),
+        ({"wake_ns": 0}, "waking from power-down takes no time"),
+        ({"turnaround_ns": 0}, "turnaround takes no time"),
+        ({"cca_threshold_dbm": -110.0}, "below its own sensitivity"),
         ({"transmit_mw": {0.0: 52.2, 20.0: 99.0}}, "radiates more than it draws"),
     ],
 )
@@ -131,6 +185,16 @@ def test_traps_are_warned_of(cc2420: RadioDevice, change: dict[str, float], warn
     (finding,) = device_findings(replace(cc2420, **change))  # type: ignore[arg-type]
     assert finding.startswith("CC2420: ")
     assert warning in finding
+
+
+def test_traps_of_cpus_and_batteries() -> None:
+    cpu = load_cpu("cortex_m4", HERE)
+    assert "as much as active" in device_findings(replace(cpu, sleep_mw=10.0))[0]
+    assert "clock rate" in device_findings(replace(cpu, operations_per_s=64e9))[0]
+    assert "draws nothing" in device_findings(replace(cpu, active_mw=0.0, operations_per_s=1e3))[-1]
+    peukert = PeukertParameters(capacity_mah=1000.0, rated_current_ma=5000.0, exponent=1.0, supply_v=3.0)
+    findings = device_findings(BatteryDevice("mine", peukert.energy_j, peukert))
+    assert ["0.2 h" in findings[0], "linear" in findings[1]] == [True, True]
 
 
 def test_findings_name_the_line(tmp_path: Path) -> None:
@@ -153,7 +217,7 @@ def test_a_radio_without_transmit_levels_is_refused(tmp_path: Path) -> None:
 
 def test_own_table_may_change_a_copy(tmp_path: Path) -> None:
     (tmp_path / "base.yaml").write_text(SHIPPED_RADIO.read_text())
-    (tmp_path / "mine.yaml").write_text("extends: base.yaml\nsleep_ma: {value: 0.001, source: measured}\n")
+    (tmp_path / "mine.yaml").write_text("extends: base.yaml\npower_down_ma: {value: 0.001, source: measured}\n")
     mine = load_radio("mine.yaml", tmp_path)
-    assert mine.sleep_mw == pytest.approx(0.003)
-    assert mine == replace(load_radio("cc2420", HERE), sleep_mw=mine.sleep_mw)
+    assert mine.power_down_mw == pytest.approx(0.003)
+    assert mine == replace(load_radio("cc2420", HERE), power_down_mw=mine.power_down_mw)

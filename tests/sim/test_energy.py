@@ -24,11 +24,11 @@ def exact(number: float) -> Fraction:
 class Bench:
     """Three meters on one battery, and when it ran empty."""
 
-    def __init__(self, capacity_j=float("inf"), clock=None):
+    def __init__(self, capacity_j=float("inf"), clock=None, cell=None):
         self.clock = clock or Clock()
         self.account = Account()
         self.emptied_ns = []
-        self.battery = Battery(self.clock, capacity_j, lambda: self.emptied_ns.append(self.clock.now_ns))
+        self.battery = Battery(self.clock, capacity_j, lambda: self.emptied_ns.append(self.clock.now_ns), cell)
         self.meters = [Meter(self.clock, self.battery, self.account, name) for name in ("radio", "cpu", "sensor")]
 
     def run(self, changes, tail_ns=0):

@@ -122,7 +122,7 @@ def test_the_radio_sleeps_after_the_last_job_and_wakes_for_the_next(destination)
     assert fate[0][1].acknowledged
     booked = rig.stations[0].ledger_uj()
     assert booked["sleep", ""][1] > 85_000
-    assert booked["wake", ""] == (pytest.approx(0.86 * 1.278), 860)
+    assert booked["wake", ""] == (pytest.approx(0.86 * 1.278 + 0.192 * 56.4), 1052)
 
 
 def test_the_radio_sleeps_after_an_acknowledgement_it_owed():

@@ -74,7 +74,7 @@ def test_a_preamble_under_interference_is_not_caught():
         rig.stations[1].radio.sleep()
         rig.at(0, rig.stations[1].radio.wake)
         rig.on_air(500 * US, 0)
-        rig.on_air(1 * MS, 2)
+        rig.on_air(1200 * US, 2)
         return rig.run()
 
     # without the first frame the second would have had more than an even chance: 15 dB against -10 dB
@@ -114,7 +114,7 @@ def test_after_sending_a_radio_hears_what_begins_when_its_turnaround_is_over(sta
     assert rig.outcomes(1) == [{0: outcome}]
 
 
-@pytest.mark.parametrize(("start_us", "outcome"), [(859, "asleep"), (860, "received")])
+@pytest.mark.parametrize(("start_us", "outcome"), [(1051, "asleep"), (1052, "received")])
 def test_a_sleeping_radio_hears_nothing_until_it_has_woken(start_us, outcome):
     rig = Rig({(0, 1): -60.0})
     rig.at(1 * MS, rig.stations[1].radio.sleep)
@@ -349,13 +349,13 @@ def test_of_equally_strong_preambles_that_of_the_lowest_node_is_caught(order):
 
 
 def test_waking_at_the_very_start_of_a_frame_does_not_lose_what_waited_for_the_radio():
-    """The radio is ready at 860 us, when a frame begins; the MAC's own job must go on after it."""
+    """The radio is ready at 1052 us, when a frame begins; the MAC's own job must go on after it."""
     for wakes_first in (True, False):
         rig = Rig(mesh(2)).add_macs({1: Draws(0.9)})
         rig.stations[1].mac.sleep()
         if wakes_first:
             fate = rig.submit(0, 1, 0)
-        rig.on_air(860 * US, 0)
+        rig.on_air(1052 * US, 0)
         if not wakes_first:
             fate = rig.submit(0, 1, 0)
         rig.run()

@@ -151,5 +151,5 @@ def test_radios_of_two_physical_layers_cannot_share_a_medium(tmp_path):
         + group.format("a", "cc2420")
         + group.format("b", "slow.yaml")
     )
-    with pytest.raises(ScenarioError, match=r"nodes\[1\].radio: expected a radio with the bit rate"):
+    with pytest.raises(ScenarioError, match=r"nodes\[1\].radio: expected a radio with the physical layer of CC2420"):
         build(load(path))

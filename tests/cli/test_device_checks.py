@@ -1,0 +1,79 @@
+"""`netsim check` and `netsim run` on device tables: traps are warnings, errors say where and why."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from netsim.cli import main
+from netsim.models import device_tables
+
+SHIPPED = Path(device_tables.__file__).parent / "data"
+TRAP = "listening draws 0.06 mW but receiving 56.4 mW"
+SCENARIO = """\
+kind: scenario
+schema_version: 1
+name: trap
+duration_s: 2
+nodes:
+  - {name: a, radio: mine.yaml, placement: {type: grid, rows: 1, columns: 2, spacing_m: 5}}
+  - {name: b, radio: mine.yaml, placement: {type: grid, rows: 1, columns: 2, spacing_m: 7}}
+algorithm: {type: neighbour-traffic, period_s: 1, rounds: 1}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A radio that prices listening as power-down, and a scenario with it."""
+    (tmp_path / "cc2420.yaml").write_text((SHIPPED / "radios" / "cc2420.yaml").read_text())
+    (tmp_path / "mine.yaml").write_text("extends: cc2420.yaml\nlisten_ma: {value: 0.02, source: wishful}\n")
+    (tmp_path / "scenario.yaml").write_text(SCENARIO)
+    return tmp_path
+
+
+def netsim(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str
+) -> tuple[int, str, str]:
+    """Run the command line in this process; returns status, standard output, standard error."""
+    monkeypatch.setattr(sys, "argv", ["netsim", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    captured = capsys.readouterr()
+    return int(ended.value.code or 0), captured.out, captured.err
+
+
+def test_every_shipped_table_can_be_checked(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = sorted(map(str, SHIPPED.glob("*/*.yaml")))
+    status, out, err = netsim(monkeypatch, capsys, "check", *files)
+    assert (status, out.count(": ok (")) == (0, len(files))
+    assert all("first-order model" in line for line in err.splitlines())
+
+
+def test_a_trap_is_a_warning(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = netsim(monkeypatch, capsys, "check", str(folder / "mine.yaml"))
+    assert (status, "ok (radio CC2420)" in out, TRAP in err) == (0, True, True)
+    status, _, err = netsim(monkeypatch, capsys, "check", str(folder / "scenario.yaml"))
+    assert (status, err.count(TRAP)) == (0, 1)
+    status, _, err = netsim(monkeypatch, capsys, "run", str(folder / "scenario.yaml"), "--out", str(folder / "run"))
+    assert (status, err.count(TRAP)) == (0, 1)
+    assert "warning: radio mine.yaml" in err
+
+
+def test_an_error_in_a_table_has_its_line_and_the_reason(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "mine.yaml").write_text("extends: cc2420.yaml\nsleep_ma: {value: 0.02, source: my notes}\n")
+    for file in ("mine.yaml", "scenario.yaml"):
+        status, _, err = netsim(monkeypatch, capsys, "check", str(folder / file))
+        assert (status, "mine.yaml:2: sleep_ma" in err, "424 uA" in err) == (2, True, True)
+
+
+def test_a_battery_that_holds_two_things_is_refused(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "name: both\nenergy_j: {value: 1, source: x}\nchemistry: {type: linear, energy_j: {value: 1, source: x}}\n"
+    (folder / "cell.yaml").write_text(text)
+    status, _, err = netsim(monkeypatch, capsys, "check", str(folder / "cell.yaml"))
+    assert (status, "either energy_j or chemistry" in err) == (2, True)
