@@ -70,8 +70,8 @@ class PhysicalMedium:
     """Power gain drawn anew for each frame and listener; by default none."""
     reception: Reception = "sinr"
     """`sinr`: signal against noise and the sum of all interference, bit by bit; `prr`: each link loses frames at its own
-    packet reception ratio, and nothing interferes; `perfect`: links with a ratio of at least a half lose nothing, the others
-    do not exist, and nothing interferes."""
+    packet reception ratio (that of a full-size frame at the median noise, averaged over fading), and nothing interferes;
+    `perfect`: links with a ratio of at least a half lose nothing, the others do not exist, and nothing interferes."""
 
     def __post_init__(self) -> None:
         """Refuse what no annotation can."""
@@ -86,7 +86,7 @@ class UnitDiskParameters(PhysicalMedium):
     """Selects this medium."""
     radius_m: Positive = 50.0
     """Greatest distance at which anything is heard; shadowing does not change it."""
-    received_power_dbm: float = -60.0
+    received_power_dbm: Annotated[float, Le(0)] = -60.0
     """What is received within the radius of a sender at 0 dBm, whatever the distance."""
 
     def loss_db(self, distance_m: Array) -> Array:
