@@ -1,5 +1,7 @@
 """From a scenario's medium access to the MAC of each node."""
 
+from functools import partial
+
 from netsim.rng import Streams
 from netsim.scenario.links import Air
 from netsim.scenario.make_medium import AnyMedium
@@ -7,8 +9,9 @@ from netsim.scenario.places import Place
 from netsim.scenario.schema import Scenario
 from netsim.sim.air import Uniforms
 from netsim.sim.clock import Clock
-from netsim.sim.mac.csma import CsmaMac, CsmaParameters
-from netsim.sim.mac.ideal import IdealMac
+from netsim.sim.mac.aloha import AlohaMac, AlohaParameters
+from netsim.sim.mac.csma import CsmaMac
+from netsim.sim.mac.ideal import IdealMac, IdealMacParameters
 from netsim.sim.mac.link import Deliver, Mac
 from netsim.sim.radio import Radio
 
@@ -34,9 +37,10 @@ class MacMaker:
     def __call__(self, place: Place, radio: Radio, deliver: Deliver) -> Mac:
         """The MAC of a node; `deliver` takes received packets."""
         parameters = self._scenario.mac
-        if isinstance(parameters, CsmaParameters):
-            uniforms = Uniforms(self._streams.generator(f"node/{place.id}/backoff"))
-            medium = self._medium
-            busy = lambda: medium.is_busy(place.id)  # noqa: E731
-            return CsmaMac(self._clock, radio, busy, uniforms.next, parameters, deliver)
-        return IdealMac(radio, deliver)
+        if isinstance(parameters, IdealMacParameters):
+            return IdealMac(radio, deliver)
+        draws = Uniforms(self._streams.generator(f"node/{place.id}/backoff")).next
+        if isinstance(parameters, AlohaParameters):
+            return AlohaMac(self._clock, radio, draws, parameters, deliver)
+        assess = partial(self._medium.is_busy, place.id)
+        return CsmaMac(self._clock, radio, assess, draws, parameters, deliver)

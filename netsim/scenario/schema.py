@@ -14,12 +14,13 @@ from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
+from netsim.sim.mac.aloha import AlohaParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MediumParameters = IdealMediumParameters | LogDistanceParameters
-MacParameters = IdealMacParameters | CsmaParameters
+MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 

@@ -78,7 +78,13 @@ class IdealMedium:
         """Whether nothing is on its way."""
         return self._under_way == 0
 
-    def is_busy(self, node: int) -> bool:
+    def is_busy(
+        self,
+        node: int,
+        duration_ns: int | None = None,
+        mode: str = "either",
+        threshold_dbm: float | None = None,
+    ) -> bool:
         """Clear channel assessment: the ideal channel is never busy."""
         return False
 
@@ -141,6 +147,9 @@ class IdealMedium:
         self._log.record(transmission)
         for node in heard.node[heard.outcome == RECEIVED].tolist():
             self._listeners[node].radio.on_receive(frame)
+        if frame.concerns_all:
+            for node in heard.node[heard.outcome == OVERHEARD].tolist():
+                self._listeners[node].radio.on_overhear(frame)
 
     def _outcome(self, listener: Listener, transmission: Transmission) -> int:
         radio = listener.radio

@@ -11,7 +11,7 @@ from netsim.sim.clock import Clock
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.frames import LinkFrame
 from netsim.sim.mac.csma import CsmaMac, CsmaParameters
-from netsim.sim.mac.link import LinkJob
+from netsim.sim.mac.link import LinkJob, Mac
 from netsim.sim.medium import SinrMedium
 from netsim.sim.radio import Radio
 from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOMES, RADIO_STATES, Frame, RadioState
@@ -66,7 +66,7 @@ class Station:
     battery: Battery
     meter: Meter
     radio: Radio
-    mac: CsmaMac | None = None
+    mac: Mac | None = None
 
     def ledger_uj(self):
         """Energy in uJ and time in us under each heading."""
@@ -126,16 +126,28 @@ class Rig:
 
     def add_macs(self, draws=None, **parameters):
         """A CSMA MAC on every radio; the first draw is the sequence number, the others are back-offs."""
+        settings = CsmaParameters(**parameters)
+        return self.add(
+            lambda station, uniform, deliver: CsmaMac(
+                self.clock, station.radio, self.assess(station.radio.node), uniform, settings, deliver
+            ),
+            draws,
+        )
+
+    def add(self, make, draws=None):
+        """A MAC on every radio, from (station, draws, where packets go); it is told that the radio has started."""
         for node, station in self.stations.items():
-            station.mac = CsmaMac(
-                self.clock,
-                station.radio,
-                lambda node=node: self.medium.is_busy(node),
+            station.mac = make(
+                station,
                 (draws or {}).get(node, Draws(0.0)),
-                CsmaParameters(**parameters),
                 lambda packet, source, node=node: self.delivered.append((self.clock.now_ns, node, source, packet)),
             )
+            station.radio.on_started()
         return self
+
+    def assess(self, node):
+        """Clear channel assessment of a node."""
+        return lambda *how: self.medium.is_busy(node, *how)
 
     def at(self, time_ns, action):
         """Do something at a time."""
