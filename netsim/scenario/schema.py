@@ -17,10 +17,11 @@ from netsim.problems.none import NoProblemParameters
 from netsim.sim.mac.aloha import AlohaParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
+from netsim.sim.mac.tdma import TdmaParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MediumParameters = IdealMediumParameters | LogDistanceParameters
-MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters
+MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 

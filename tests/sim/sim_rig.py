@@ -101,6 +101,7 @@ class Rig:
         floor_dbm = NOISE_DBM + self.device.preamble_lock_sinr_db
         for (source, destination), power_dbm in sorted(received_dbm.items()):
             paths[source].append(Link(destination, dbm_to_mw(power_dbm), power_dbm >= floor_dbm))
+        self.paths = paths
         frame_log = FrameLog(recorder, True)
         make = medium or (lambda clock, paths, log: SinrMedium(clock, paths, dbm_to_mw(NOISE_DBM), log))
         self.medium = make(self.clock, paths, frame_log)

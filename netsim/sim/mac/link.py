@@ -69,6 +69,9 @@ class QueuedMac(ABC):
         most_waiting: How many jobs can wait; None for any number.
     """
 
+    _begins_awake = True
+    """Whether a job is begun only when the radio is on."""
+
     def __init__(self, radio: Radio, most_waiting: int | None) -> None:
         self._radio = radio
         self._most_waiting = most_waiting
@@ -111,7 +114,7 @@ class QueuedMac(ABC):
 
     @abstractmethod
     def _begin(self, job: LinkJob) -> None:
-        """Start with a job, the radio being awake; `_finish` ends it."""
+        """Start with a job; `_finish` ends it."""
 
     @abstractmethod
     def _on_receive(self, frame: LinkFrame) -> None:
@@ -147,7 +150,7 @@ class QueuedMac(ABC):
             return
         if not self._waiting:
             self._rest()
-        elif self._radio.is_awake:
+        elif self._radio.is_awake or not self._begins_awake:
             self._job = self._waiting.popleft()
             self._begin(self._job)
         else:
