@@ -16,6 +16,8 @@ from netsim.sim.mac.aloha import AlohaMac, AlohaParameters
 from netsim.sim.mac.csma import CsmaMac
 from netsim.sim.mac.ideal import IdealMac, IdealMacParameters
 from netsim.sim.mac.link import Deliver, Mac
+from netsim.sim.mac.lpl import LplMac
+from netsim.sim.mac.lpl_timing import LplParameters
 from netsim.sim.mac.slots import SlotPlan, slot_plans
 from netsim.sim.mac.tdma import TdmaMac, TdmaParameters
 from netsim.sim.mac.timer import LocalTime
@@ -74,6 +76,8 @@ class MacMaker:
             first = int(draws() * 256)
             return TdmaMac(self._clock, radio, first, parameters, self._slots[place.id], deliver, local)
         assess = partial(self._medium.is_busy, place.id)
+        if isinstance(parameters, LplParameters):
+            return LplMac(self._clock, radio, assess, draws, parameters, deliver)
         return CsmaMac(self._clock, radio, assess, draws, parameters, deliver)
 
 

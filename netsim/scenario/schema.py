@@ -17,11 +17,12 @@ from netsim.problems.none import NoProblemParameters
 from netsim.sim.mac.aloha import AlohaParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
+from netsim.sim.mac.lpl_timing import LplParameters
 from netsim.sim.mac.tdma import TdmaParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MediumParameters = IdealMediumParameters | LogDistanceParameters
-MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters
+MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters | LplParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 

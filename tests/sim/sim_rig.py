@@ -135,9 +135,10 @@ class Rig:
             draws,
         )
 
-    def add(self, make, draws=None):
-        """A MAC on every radio, from (station, draws, where packets go); it is told that the radio has started."""
-        for node, station in self.stations.items():
+    def add(self, make, draws=None, nodes=None):
+        """A MAC on every radio (of `nodes`), from (station, draws, where packets go); it is told that the radio is on."""
+        for node in nodes or self.stations:
+            station = self.stations[node]
             station.mac = make(
                 station,
                 (draws or {}).get(node, Draws(0.0)),
