@@ -6,6 +6,7 @@ Below the scenario file time is an integer number of nanoseconds; physics inside
 import math
 
 NS_PER_S = 1_000_000_000
+NS_PER_MS = 1_000_000
 NS_PER_US = 1_000
 
 

@@ -55,6 +55,7 @@ class Traffic:
             "frames_data": self._frames["data"],
             "frames_retry": self._frames["retry"],
             "frames_ack": self._frames["ack"],
+            "frames_strobe": self._frames["strobe"],
             "frames_by_kind": dict(sorted(self._air.items())),
             "frame_byte": sum(self._air_byte.values()),
             "frame_by_kind_byte": dict(sorted(self._air_byte.items())),
@@ -80,8 +81,13 @@ class Traffic:
         self._dropped[event.reason] += 1
 
     def _on_frame(self, event: Frame, _: int) -> None:
-        role = "ack" if event.is_ack else ("retry" if event.attempt else "data")
-        self._frames[role] += 1
+        self._frames[_role(event)] += 1
         self._air[event.kind] += 1
         self._air_byte[event.kind] += event.size_byte
         self._airtime_ns[event.kind] += event.t_end_ns - event.t_start_ns
+
+
+def _role(frame: Frame) -> str:
+    if frame.is_strobe:
+        return "strobe"
+    return "ack" if frame.is_ack else ("retry" if frame.attempt else "data")

@@ -55,6 +55,7 @@ RADIO_COLOURS: dict[str, Rgba] = {
     "switch": (110, 110, 120, 255),
     "collided": COLLIDED,
     "dead": (70, 20, 24, 255),
+    "idle": (72, 84, 136, 255),
 }
 
 # Higher is nearer to the eye.

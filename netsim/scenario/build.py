@@ -113,7 +113,7 @@ class _Builder:
         self._air = air_between(self._places, loaded, self._streams)
         scenario, streams, recorder = self._scenario, self._streams, self._recorder
         self._medium = make_medium(scenario, clock, recorder, streams, self._air)
-        make_mac = MacMaker(scenario, clock, streams, self._medium, self._air)
+        make_mac = MacMaker(loaded, clock, streams, self._medium, self._air, self._places)
         make_network = NetworkMaker(scenario, clock, recorder, streams, self._air)
         self._shared = Shared(scenario, clock, recorder, streams, self._medium, make_mac, make_network)
         self._ids = frozenset(place.id for place in self._places)

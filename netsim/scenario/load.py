@@ -15,7 +15,7 @@ from netsim.reading import Document, Unknown, check_document, read_document
 from netsim.reading import Path as ValuePath
 from netsim.reading.remedies import nearest
 from netsim.scenario.schema import Scenario
-from netsim.sim.mac.csma import CsmaParameters
+from netsim.sim.mac.ideal import IdealMacParameters
 
 MOST_NODES = 10_000
 MOST_NODES_WITHOUT_RANGE = 2_000
@@ -165,9 +165,8 @@ def _node_counts(scenario: Scenario, document: Document) -> Iterator[Finding]:
 def _acknowledgements_in_time(scenario: Scenario, document: Document) -> Iterator[Finding]:
     """An acknowledgement must be able to come back before its sender gives up waiting for it."""
     medium, mac = scenario.medium, scenario.mac
-    if not isinstance(medium, IdealMediumParameters) or not isinstance(mac, CsmaParameters) or not mac.acknowledge:
-        return
-    if medium.delay_s > MOST_ACK_DELAY_S:
+    waits = not isinstance(mac, IdealMacParameters) and mac.acknowledge
+    if isinstance(medium, IdealMediumParameters) and waits and medium.delay_s > MOST_ACK_DELAY_S:
         yield document.finding(
             ("medium", "delay_s"),
             f"at most {MOST_ACK_DELAY_S:g} s with a MAC that waits for acknowledgements",

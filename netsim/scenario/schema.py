@@ -17,11 +17,14 @@ from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
+from netsim.sim.mac.aloha import AlohaParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
+from netsim.sim.mac.lpl_timing import LplParameters
+from netsim.sim.mac.tdma import TdmaParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
-MacParameters = IdealMacParameters | CsmaParameters
+MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters | LplParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 

@@ -83,6 +83,8 @@ def label_of(transmission: Transmission, listener: int) -> str:
     frame = transmission.frame
     if not frame.is_for(listener):
         return "overhear"
+    if frame.is_strobe:
+        return "strobe_receive"
     return "ack_receive" if frame.is_ack else "receive"
 
 
@@ -124,5 +126,6 @@ class FrameLog:
                 rx_outcome=heard.outcome[shown].tolist(),
                 rx_rssi_dbm=heard.power_dbm[shown].tolist(),
                 rx_sinr_db=sinr_db.tolist(),
+                is_strobe=int(frame.is_strobe),
             )
         )

@@ -29,6 +29,7 @@ class LinkFrame:
         kind: Kind of the message served, for ledger and trace.
         message_id: Number of the message served, for the trace.
         attempt: 0 for the first transmission, 1 for the first retry.
+        is_strobe: Whether this is a wake-up frame of low-power listening; its bytes are filling.
     """
 
     source: int
@@ -40,6 +41,15 @@ class LinkFrame:
     kind: str
     message_id: int
     attempt: int = 0
+    is_strobe: bool = False
+
+    @property
+    def concerns_all(self) -> bool:
+        """Whether nodes it is not addressed to learn from it too.
+
+        A strobe lets them sleep on; an acknowledgement has no address on the air (IEEE 802.15.4-2006 7.2.2.3).
+        """
+        return self.is_ack or self.is_strobe
 
     @property
     def psdu_byte(self) -> int:

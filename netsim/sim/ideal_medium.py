@@ -93,7 +93,13 @@ class IdealMedium:
         """Whether nothing is on its way."""
         return self._under_way == 0
 
-    def is_busy(self, node: int, duration_ns: int | None = None, mode: str = "either") -> bool:
+    def is_busy(
+        self,
+        node: int,
+        duration_ns: int | None = None,
+        mode: str = "either",
+        threshold_dbm: float | None = None,
+    ) -> bool:
         """Clear channel assessment: the ideal channel is never busy."""
         return False
 
@@ -164,6 +170,9 @@ class IdealMedium:
         self._log.record(transmission)
         for node in heard.node[heard.outcome == RECEIVED].tolist():
             self._listeners[node].radio.on_receive(frame)
+        if frame.concerns_all:
+            for node in heard.node[heard.outcome == OVERHEARD].tolist():
+                self._listeners[node].radio.on_overhear(frame)
 
     def _outcome(self, listener: Listener, transmission: Transmission, chance: float) -> int:
         radio = listener.radio

@@ -14,6 +14,11 @@ class Transceiver(Protocol):
         """One of `netsim.trace.events.RADIO_STATES`."""
         ...
 
+    @property
+    def is_sending(self) -> bool:
+        """Whether a frame is going out, or is about to."""
+        ...
+
     def start(self) -> None:
         """Power up, at the start of the run."""
         ...

@@ -155,31 +155,34 @@ class SinrMedium:
         """Whether no frame is on the air."""
         return not self._on_air
 
-    def is_busy(self, node: int, duration_ns: int | None = None, mode: CcaMode = "either") -> bool:
-        """Clear channel assessment over the time just past, modes 1 to 3 of IEEE 802.15.4-2006 6.9.9.
-
-        Busy if a carrier was caught (`carrier`), or if the energy of all that was on the air within that time reaches the
-        device's threshold (`energy`), or if either is so. What begins at this very instant is not seen yet.
+    def is_busy(
+        self,
+        node: int,
+        duration_ns: int | None = None,
+        mode: CcaMode = "either",
+        threshold_dbm: float | None = None,
+    ) -> bool:
+        """Clear channel assessment (IEEE 802.15.4-2006 6.9.9). What begins at this very instant is not seen yet.
 
         Args:
             node: Who assesses.
-            duration_ns: Length of the assessment; by default eight symbols.
-            mode: What counts.
+            duration_ns: How far back it looks; eight symbols by default.
+            mode: Busy if a `carrier` was caught, if the `energy` of all that was on the air reaches the threshold, or on
+                `either`: modes 2, 1 and 3 of the standard.
+            threshold_dbm: Energy threshold; the device's by default.
         """
         now_ns, index = self._clock.now_ns, self._index[node]
         self._retire(now_ns)
-        device, locks = self._radio(index).device, self._receivers.locks
+        device = self._radio(index).device
         since_ns = now_ns - (CCA_SYMBOLS * device.symbol_ns if duration_ns is None else duration_ns)
-        if mode != "energy":
-            if locks.start_ns[index] < now_ns and locks.end_ns[index] > since_ns:
-                return True
-            if locks.previous_end_ns[index] > since_ns:
-                return True
+        if mode != "energy" and self._carrier_since(index, since_ns):
+            return True
         if mode == "carrier":
             return False
+        threshold_dbm = device.cca_threshold_dbm if threshold_dbm is None else threshold_dbm
         energy_zw = int(self._receivers.air_zw[index] - self._began.at(now_ns)[index]) + self._ended_zw(index, since_ns)
         heard_zw = energy_zw + float(self._receivers.noise_zw(now_ns)[index])
-        return mw_to_dbm(heard_zw / ZW_PER_MW) >= device.cca_threshold_dbm
+        return mw_to_dbm(heard_zw / ZW_PER_MW) >= threshold_dbm
 
     def begin(self, radio: Radio, frame: LinkFrame) -> Transmission:
         """See `Medium.begin`."""
@@ -252,6 +255,11 @@ class SinrMedium:
         else:
             self._heard_ns[label, kind][index] += self._clock.now_ns - transmission.start_ns
 
+    def _carrier_since(self, index: int, since_ns: int) -> bool:
+        locks = self._receivers.locks
+        caught = locks.start_ns[index] < self._clock.now_ns and locks.end_ns[index] > since_ns
+        return bool(caught or locks.previous_end_ns[index] > since_ns)
+
     def _ended_zw(self, index: int, since_ns: int) -> int:
         """Power at a node of the signals that ended after `since_ns`."""
         total_zw = 0
@@ -285,6 +293,9 @@ class SinrMedium:
         heard = transmission.receptions
         for node in heard.node[heard.outcome == RECEIVED].tolist():
             self._radio(self._index[node]).on_receive(frame)
+        if frame.concerns_all:
+            for node in heard.node[heard.outcome == OVERHEARD].tolist():
+                self._radio(self._index[node]).on_overhear(frame)
 
     def _powers_change(self, index: Indices, now_ns: int) -> None:
         """Close the segments of the receivers among these that are locked on something."""

@@ -63,7 +63,7 @@ class Parts:
     @property
     def is_quiet(self) -> bool:
         """Nothing left to send and no frame under way."""
-        return self.mac.pending == 0 and self.radio.state not in ("transmit", "switch")
+        return self.mac.pending == 0 and not self.radio.is_sending
 
     def settle(self) -> None:
         """Book what every device has drawn until now."""

@@ -1,8 +1,9 @@
-"""The radio as a state machine that announces its power draw: sleep, listen, receive, transmit, switch, dead."""
+"""The radio as a state machine that announces its power draw: sleep, idle, listen, receive, transmit, switch, dead."""
 
 from collections.abc import Callable
 from typing import Protocol
 
+from netsim.errors import InvariantError
 from netsim.models.devices import RadioDevice
 from netsim.sim.clock import Clock
 from netsim.sim.energy import Meter
@@ -50,6 +51,13 @@ class Radio:
         medium: The shared air.
         recorder: For `RadioState` events.
         all_states: Record every state change (detail `full`), not only sleep, wake and death.
+
+    Attributes:
+        on_receive: Called with each frame that was decoded and is for this node.
+        on_overhear: Called with those decoded frames for others that concern everybody (`LinkFrame.concerns_all`).
+        on_transmitted: Called with each frame whose last symbol has just been sent.
+        on_ready: Called when it listens again after start-up or turnaround.
+        on_started: Called when it was powered up, at the start of the run or after a reboot.
     """
 
     def __init__(
@@ -78,8 +86,10 @@ class Radio:
         self._transmission: Transmission | None = None
         self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
         self.on_receive: Callable[[LinkFrame], None] = lambda frame: None
+        self.on_overhear: Callable[[LinkFrame], None] = lambda frame: None
         self.on_transmitted: Callable[[LinkFrame], None] = lambda frame: None
         self.on_ready: Callable[[], None] = lambda: None
+        self.on_started: Callable[[], None] = lambda: None
 
     @property
     def is_listening(self) -> bool:
@@ -88,8 +98,13 @@ class Radio:
 
     @property
     def is_awake(self) -> bool:
-        """Whether it is neither off, asleep, dead nor still starting up."""
-        return self.state not in ("off", "sleep", "dead") and not self._waking
+        """Whether it is neither off, asleep, idle, dead nor still starting up."""
+        return self.state not in ("off", "sleep", "idle", "dead") and not self._waking
+
+    @property
+    def is_sending(self) -> bool:
+        """Whether a frame is going out, is about to, or has just gone out; starting up is not sending."""
+        return self.state == "transmit" or (self.state == "switch" and not self._waking)
 
     @property
     def can_transmit(self) -> bool:
@@ -105,10 +120,26 @@ class Radio:
         self.listens_since_ns = self._clock.now_ns
         self._medium.listening(self.node, self.listens_since_ns)
         self._listen()
+        self.on_started()
 
-    def transmit(self, frame: LinkFrame) -> None:
-        """Switch to transmit (turnaround time), send the frame, switch back to listen."""
+    def transmit(self, frame: LinkFrame, straight_on: bool = False) -> None:
+        """Switch to transmit (turnaround time), send the frame, switch back to listen.
+
+        Args:
+            frame: What to send.
+            straight_on: Follow the frame that has ended at this instant without a gap; to be used in `on_transmitted`.
+
+        Raises:
+            InvariantError: If the radio cannot send: a MAC must wake it first, and send one frame after the other.
+        """
+        is_committed = self.state == "switch" and self.listens_since_ns is None
+        if not self.is_awake or is_committed or self._transmission is not None:
+            message = f"the radio of node {self.node} was told to send at {self._clock.now_ns} ns in state {self.state}"
+            raise InvariantError(message)
         self._turn_away("half_duplex")
+        if straight_on:
+            self._transmit_now(frame)
+            return
         self._enter("switch", self.device.switching_mw, "switch", frame.kind)
         self._later(self.device.turnaround_ns, lambda: self._transmit_now(frame))
 
@@ -156,12 +187,17 @@ class Radio:
         self._turn_away("asleep")
         self._enter("sleep", self.device.power_down_mw, "sleep")
 
+    def idle(self) -> None:
+        """Turn the receiver off but keep the oscillator running. Only from listen or receive; the MAC sees to that."""
+        self._turn_away("asleep")
+        self._enter("idle", self.device.idle_mw, "idle")
+
     def wake(self) -> None:
-        """Turn on again; it listens after the device's start-up time."""
+        """Turn on again; it listens after the start-up time, from idle after a shorter one."""
         if self.state == "sleep":
-            self._enter("switch", self.device.wake_mw, "wake")
-            self._waking = True
-            self._ready_in(self.device.wake_ns)
+            self._start_up(self.device.wake_mw, self.device.wake_ns)
+        elif self.state == "idle":
+            self._start_up(self.device.switching_mw, self.device.idle_wake_ns)
 
     def die(self) -> None:
         """The battery is empty: fall silent at once."""
@@ -172,9 +208,13 @@ class Radio:
             self._medium.abort(transmission)
 
     def _transmit_now(self, frame: LinkFrame) -> None:
-        label = "ack_transmit" if frame.is_ack else ("retransmit" if frame.attempt else "transmit")
-        self._enter("transmit", self._transmit_mw, label, frame.kind)
+        self._enter("transmit", self._transmit_mw, _purpose(frame), frame.kind)
         self._transmission = self._medium.begin(self, frame)
+
+    def _start_up(self, power_mw: float, delay_ns: int) -> None:
+        self._enter("switch", power_mw, "wake")
+        self._waking = True
+        self._ready_in(delay_ns)
 
     def _ready_in(self, delay_ns: int) -> None:
         """Listen again after start-up or turnaround, and tell the MAC, also if a frame begins at that very instant."""
@@ -211,3 +251,10 @@ class Radio:
 
     def _notable(self, was: str, state: str) -> bool:
         return self._all_states or state in ("sleep", "dead") or "sleep" in (was, state)
+
+
+def _purpose(frame: LinkFrame) -> str:
+    """What the ledger books a transmission under."""
+    if frame.is_strobe:
+        return "strobe_transmit"
+    return "ack_transmit" if frame.is_ack else ("retransmit" if frame.attempt else "transmit")

@@ -31,6 +31,11 @@ class Station:
         self.state = "off"
         self.pending = 0
 
+    @property
+    def is_sending(self) -> bool:
+        """See `Transceiver.is_sending`; letters need no radio."""
+        return False
+
     def start(self) -> None:
         """See `Transceiver.start`."""
         self.state = "listen"

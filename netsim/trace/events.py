@@ -45,7 +45,7 @@ OUTCOMES = (
 OUTCOME_CODE = {name: code for code, name in enumerate(OUTCOMES)}
 
 # Radio states; the position is the code in `RadioState.state`.
-RADIO_STATES = ("off", "sleep", "listen", "receive", "transmit", "switch", "dead")
+RADIO_STATES = ("off", "sleep", "listen", "receive", "transmit", "switch", "dead", "idle")
 RADIO_STATE_CODE = {name: code for code, name in enumerate(RADIO_STATES)}
 
 
@@ -243,6 +243,8 @@ class Frame:
     rx_rssi_dbm: F32Array
     rx_sinr_db: F32Array
     """Lowest over the frame; infinity on the ideal medium."""
+    is_strobe: U8 = 0
+    """1 for a wake-up frame of low-power listening: it announces the message but carries nothing of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from netsim.sim.clock import Clock
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.frames import LinkFrame
 from netsim.sim.mac.csma import CsmaMac, CsmaParameters
-from netsim.sim.mac.link import LinkJob
+from netsim.sim.mac.link import LinkJob, Mac
 from netsim.sim.medium import SinrMedium
 from netsim.sim.radio import Radio
 from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOMES, RADIO_STATES, Frame, RadioState
@@ -67,7 +67,7 @@ class Station:
     battery: Battery
     meter: Meter
     radio: Radio
-    mac: CsmaMac | None = None
+    mac: Mac | None = None
 
     def ledger_uj(self):
         """Energy in uJ and time in us under each heading."""
@@ -102,6 +102,7 @@ class Rig:
         floor_dbm = NOISE_DBM + self.device.preamble_lock_sinr_db
         for (source, destination), power_dbm in sorted(received_dbm.items()):
             paths[source].append(Link(destination, dbm_to_mw(power_dbm), power_dbm >= floor_dbm))
+        self.paths = paths
         frame_log = FrameLog(recorder, True)
         self.medium = (medium or sinr_medium)(self.clock, paths, frame_log)
         self.stations = {}
@@ -126,16 +127,29 @@ class Rig:
 
     def add_macs(self, draws=None, **parameters):
         """A CSMA MAC on every radio; the first draw is the sequence number, the others are back-offs."""
-        for node, station in self.stations.items():
-            station.mac = CsmaMac(
-                self.clock,
-                station.radio,
-                lambda node=node: self.medium.is_busy(node),
+        settings = CsmaParameters(**parameters)
+        return self.add(
+            lambda station, uniform, deliver: CsmaMac(
+                self.clock, station.radio, self.assess(station.radio.node), uniform, settings, deliver
+            ),
+            draws,
+        )
+
+    def add(self, make, draws=None, nodes=None):
+        """A MAC on every radio (of `nodes`), from (station, draws, where packets go); it is told that the radio is on."""
+        for node in nodes or self.stations:
+            station = self.stations[node]
+            station.mac = make(
+                station,
                 (draws or {}).get(node, Draws(0.0)),
-                CsmaParameters(**parameters),
                 lambda packet, source, node=node: self.delivered.append((self.clock.now_ns, node, source, packet)),
             )
+            station.radio.on_started()
         return self
+
+    def assess(self, node):
+        """Clear channel assessment of a node."""
+        return lambda *how: self.medium.is_busy(node, *how)
 
     def at(self, time_ns, action):
         """Do something at a time."""

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from sim_rig import MS, NOISE_DBM, US, Draws, Rig, airtime_ns, mesh, sinr_medium, sorted_frames
+from sim_rig import MS, NOISE_DBM, US, Draws, Rig, airtime_ns, mesh, outcomes_of, sinr_medium, sorted_frames
 
 from netsim.api import BROADCAST
 from netsim.sim.ideal_medium import IdealMedium
@@ -20,7 +20,7 @@ class Deafening:
         self.join, self.begin, self.stopped_listening = medium.join, medium.begin, medium.stopped_listening
         self.listening, self.settle = medium.listening, medium.settle
 
-    def is_busy(self, node):
+    def is_busy(self, node, *how):
         return True
 
 
@@ -176,3 +176,99 @@ def test_the_ideal_medium_loses_its_share():
     rig = Rig(mesh(2), medium=ideal(loss=0.25), luck=0.25)
     rig.on_air(1 * MS, 0)
     assert rig.run().outcomes() == [{1: "received"}]
+
+
+# --- the blind window of clear channel assessment ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("gap_us", "collides"),
+    [(0, True), (1, True), (191, True), (192, True), (193, False), (320, False)],
+)
+def test_two_senders_collide_within_the_turnaround_and_not_outside_it(gap_us, collides):
+    """Node 0's frame is on the air 192 us after its assessment has ended: until then nobody can know.
+
+    An assessment that ends up to 191 us later looks at an empty channel. One that ends 192 us later ends at the instant at
+    which the frame begins: its eight symbols lie before it, so it is blind too. One that ends 193 us later has seen a
+    microsecond of it. Node 1 is 10 dB stronger at the listener, so that where both are on the air node 0 is lost.
+    """
+    rig = Rig(mesh(3) | {(1, 2): -50.0}, luck=0.5)
+    rig.add_macs({0: Draws(0.0), 1: Draws(0.0, 0.0, 0.99)})
+    rig.submit(0, 0, BROADCAST)
+    rig.submit(gap_us * US, 1, BROADCAST)
+    rig.run(20 * MS)
+    first, second = (outcomes[2] for outcomes in rig.outcomes())
+    assert (first in ("collided", "busy")) is collides
+    assert (first, second) == ("received", "received") if not collides else second in ("busy", "received")
+    starts = [frame.t_start_ns / US for frame in sorted_frames(rig.frames)]
+    assert (starts[1] - starts[0] == gap_us) is collides
+
+
+# --- settings ---------------------------------------------------------------------------------------------------------
+
+
+def test_other_times_can_be_set():
+    """Unit back-off 10 symbols, assessment 4, rest 0; half of 8 periods, twice."""
+    rig = Rig(mesh(2)).add_macs({0: Draws(0.0, 0.5)}, unit_backoff_symbols=10, cca_symbols=4, lifs_symbols=0)
+    for _ in range(2):
+        rig.submit(0, 0, BROADCAST)
+    rig.run()
+    cycle_us = 4 * 160 + 64 + 192
+    assert starts_us(rig, 0) == [cycle_us, cycle_us + 1792 + cycle_us]
+
+
+def test_the_wait_for_an_acknowledgement_can_be_set():
+    """INET's 560 us, 35 symbols."""
+    rig = Rig({(0, 1): -60.0}).add_macs(ack_wait_symbols=35, max_retries=1)
+    rig.submit(0, 0, 1)
+    rig.run()
+    first, second = starts_us(rig, 0)
+    assert second - first == 1792 + 640 + 128 + 192  # the spacing is longer than the wait
+    assert first == 320
+
+
+@pytest.mark.parametrize(
+    ("mode", "power_dbm", "busy"),
+    [
+        ("energy", -60.0, True),
+        ("energy", -90.0, False),
+        ("carrier", -90.0, True),
+        ("either", -90.0, True),
+        ("either", -101.0, False),
+    ],
+)
+def test_what_makes_a_channel_busy_can_be_chosen(mode, power_dbm, busy):
+    """The CC2420's threshold is -77 dBm; a frame of -101 dBm is not caught."""
+    rig = Rig({(0, 1): power_dbm, (1, 0): power_dbm})
+    rig.add_macs(cca_mode=mode)
+    rig.on_air(1 * MS, 0, psdu_byte=127)
+    fate = rig.submit(2 * MS, 1, BROADCAST)
+    rig.run()
+    assert (fate[0][1].reason == "channel_busy") is busy  # five assessments within 0.7 ms
+
+
+def test_energy_without_a_carrier_is_no_carrier():
+    """The listener wakes within the frame: it hears energy, but has caught no preamble."""
+    for mode, busy in (("carrier", False), ("energy", True), ("either", True)):
+        rig = Rig(mesh(2))
+        rig.stations[1].radio.sleep()
+        rig.on_air(1 * MS, 0, psdu_byte=127)
+        rig.at(1 * MS, rig.stations[1].radio.wake)
+        rig.run(3 * MS)
+        assert rig.medium.is_busy(1, None, mode) is busy
+
+
+def test_somebody_elses_acknowledgement_of_the_same_number_is_taken_for_ones_own():
+    """It has no address on the air. Node 0's frame to the absent node 9 is "acknowledged" by what node 3 sends to node 2.
+
+    Nodes 2 and 3 do not hear node 0, which hears node 3 only.
+    """
+    links = {(0, 9): -120.0, (2, 3): -60.0, (3, 2): -60.0, (3, 0): -60.0}
+    for number, believes in ((0.0, True), (0.25, False)):
+        rig = Rig(links).add_macs({0: Draws(number, 0.0), 2: Draws(0.0)}, max_retries=0)
+        fate = rig.submit(0, 0, 9)
+        rig.submit(300 * US, 2, 3)
+        rig.run()
+        assert fate[0][1].acknowledged is believes
+    ack = next(frame for frame in rig.frames if frame.is_ack)
+    assert outcomes_of(ack) == {0: "overheard", 2: "received"}

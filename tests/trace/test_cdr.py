@@ -85,7 +85,7 @@ def test_bytes_follow_the_standard_to_the_letter() -> None:
 
 def test_schema_says_fields_units_and_codes() -> None:
     lines = schema_text(RadioState).splitlines()
-    states = ("OFF", "SLEEP", "LISTEN", "RECEIVE", "TRANSMIT", "SWITCH", "DEAD")
+    states = ("OFF", "SLEEP", "LISTEN", "RECEIVE", "TRANSMIT", "SWITCH", "DEAD", "IDLE")
     assert lines[0].startswith("# A node's radio entered a state.")
     assert [line for line in lines if not line.startswith("#")] == [
         "uint32 node",

@@ -26,8 +26,6 @@ class IdealMac(QueuedMac):
     def __init__(self, radio: Radio, deliver: Deliver) -> None:
         super().__init__(radio, most_waiting=None)
         self._deliver = deliver
-        radio.on_receive = self._on_receive
-        radio.on_transmitted = self._on_transmitted
 
     def _begin(self, job: LinkJob) -> None:
         node = self._radio.node

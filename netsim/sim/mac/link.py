@@ -55,17 +55,22 @@ class Mac(Protocol):
         ...
 
     def stop(self) -> None:
-        """The node died: drop everything."""
+        """The node died: drop everything. When its radio is powered up again (`Radio.start`), it begins anew."""
         ...
 
 
 class QueuedMac(ABC):
     """What MACs with a queue share: jobs wait, one at a time is under way, and the radio sleeps between them if wished.
 
+    A MAC that lets the radio rest by itself defines when: `_rest` is called whenever there is nothing to send.
+
     Args:
         radio: This node's radio.
         most_waiting: How many jobs can wait; None for any number.
     """
+
+    _begins_awake = True
+    """Whether a job is begun only when the radio is on."""
 
     def __init__(self, radio: Radio, most_waiting: int | None) -> None:
         self._radio = radio
@@ -73,7 +78,10 @@ class QueuedMac(ABC):
         self._waiting: deque[LinkJob] = deque()
         self._job: LinkJob | None = None
         self._wants_sleep = False
-        radio.on_ready = self._proceed
+        radio.on_receive = self._on_receive
+        radio.on_transmitted = self._on_transmitted
+        radio.on_ready = self._on_ready
+        radio.on_started = self._on_started
 
     @property
     def pending(self) -> int:
@@ -102,10 +110,32 @@ class QueuedMac(ABC):
         """See `Mac.stop`."""
         self._waiting.clear()
         self._job = None
+        self._wants_sleep = False
 
     @abstractmethod
     def _begin(self, job: LinkJob) -> None:
         """Start with a job; `_finish` ends it."""
+
+    @abstractmethod
+    def _on_receive(self, frame: LinkFrame) -> None:
+        """See `Radio.on_receive`."""
+
+    @abstractmethod
+    def _on_transmitted(self, frame: LinkFrame) -> None:
+        """See `Radio.on_transmitted`."""
+
+    def _on_ready(self) -> None:
+        """See `Radio.on_ready`."""
+        self._proceed()
+
+    def _on_started(self) -> None:
+        """See `Radio.on_started`."""
+        self._proceed()
+
+    def _rest(self) -> None:
+        """Nothing is to be sent: let the radio sleep if that is wished."""
+        if self._wants_sleep and self._radio.can_transmit:
+            self._radio.sleep()
 
     def _finish(self, reason: str, attempts: int) -> None:
         """The job under way is done, or given up for a reason."""
@@ -115,16 +145,16 @@ class QueuedMac(ABC):
         self._proceed()
 
     def _proceed(self) -> None:
-        """Begin the next job, or let the radio sleep, if it is time for that."""
+        """Begin the next job, or let the radio rest, if it is time for that."""
         if self._job is not None:
             return
-        if self._waiting and not self._radio.is_awake:
-            self._radio.wake()
-        elif self._waiting:
+        if not self._waiting:
+            self._rest()
+        elif self._radio.is_awake or not self._begins_awake:
             self._job = self._waiting.popleft()
             self._begin(self._job)
-        elif self._wants_sleep and self._radio.can_transmit:
-            self._radio.sleep()
+        else:
+            self._radio.wake()
 
 
 class Duplicates:
