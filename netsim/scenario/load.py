@@ -14,6 +14,7 @@ from netsim.problems.association import AssociationParameters, ListedTargets
 from netsim.reading import Document, Unknown, check_document, read_document
 from netsim.reading import Path as ValuePath
 from netsim.reading.remedies import nearest
+from netsim.scenario.fidelity import climb, fidelity_findings
 from netsim.scenario.schema import Scenario
 from netsim.sim.mac.ideal import IdealMacParameters
 
@@ -112,6 +113,9 @@ def inspect(
     registry = Registry(path.parent, plugins)
     scenario, findings = check_document(document, Scenario, dict.fromkeys(OPEN_PATHS, registry.resolve))
     if not findings:
+        findings = list(fidelity_findings(scenario, document))
+    if not findings:
+        scenario = climb(scenario)
         findings = list(_across(scenario, document, registry))
     if findings:
         return None, findings

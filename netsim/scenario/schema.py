@@ -29,6 +29,9 @@ NetworkParameters = OneHopParameters | ShortestPathParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 
 
+Fidelity = Literal["ideal", "prr", "sinr", "csma", "lpl"]
+
+
 @parameters
 class FieldParameters:
     """The rectangle in which everything happens."""
@@ -132,6 +135,14 @@ class Scenario:
     """The rectangle in which everything happens."""
     nodes: Annotated[tuple[NodeGroup, ...], MinLen(1)]
     """Groups of nodes."""
+    fidelity: Fidelity | None = None
+    """A rung of the ladder from lossless to real; it overrides `medium.reception` and `mac`, and leaves the rest.
+
+    `ideal`: the links with a packet reception ratio (PRR) of at least a half lose nothing, the others do not exist; frames are
+    sent at once and never meet. `prr`: each link loses frames at its PRR. `sinr`: signals also add up and interfere, and a
+    radio is deaf while it sends. `csma`: nodes listen before they send, acknowledge and retry. `lpl`: and their receivers are
+    off but for short samples. A MAC of the rung's own type keeps its settings. By default `medium` and `mac` say it all.
+    """
     medium: MediumParameters = IdealMediumParameters()
     """The shared air."""
     mac: MacParameters = CsmaParameters()
