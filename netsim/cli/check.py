@@ -8,8 +8,8 @@ import typer
 from netsim.cli import EXIT_BAD_INPUT
 from netsim.cli.console import say, tell
 from netsim.errors import Finding, ScenarioError
-from netsim.models.device_checks import device_findings
-from netsim.models.device_tables import Device, load_battery, load_cpu, load_device, load_radio
+from netsim.models.device_checks import device_findings, supply_finding
+from netsim.models.device_tables import Device, load_battery, load_cpu, load_device, load_radio, unverified
 from netsim.scenario.build import build
 from netsim.scenario.load import LoadedScenario, inspect
 from netsim.scenario.schema import DeviceBattery
@@ -35,6 +35,11 @@ def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
     for kind, names, load in named:
         for name in sorted(names):
             yield from (f"warning: {kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))
+    for group in groups:
+        if isinstance(group.battery, DeviceBattery):
+            radio, battery = load_radio(group.radio, loaded.folder), load_battery(group.battery.device, loaded.folder)
+            finding = supply_finding(radio, battery)
+            yield from () if finding is None else (f"warning: group {group.name}: {finding}",)
 
 
 def _check(file: Path, overrides: Sequence[str], plugins: bool) -> int:
@@ -68,6 +73,9 @@ def _checked(
 def _tell_device(file: Path, device: Device) -> None:
     kind = type(device).__name__.removesuffix("Device").lower()
     say(f"{file}: ok ({kind} {device.name})")
+    keys, count = unverified(file)
+    if keys:
+        say(f"  {len(keys)} of {count} values are recalled or chosen, not read in a source: {', '.join(keys)}")
     for warning in device_findings(device):
         tell(f"warning: {warning}")
 

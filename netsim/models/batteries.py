@@ -210,12 +210,16 @@ class DiffusionCell:
         """See `Cell.lasts_at_least_ns`: the time for which even the steepest rise of sigma does not reach alpha."""
         if load_fw <= 0:
             return None
-        current_ma = load_fw * self._ma_per_fw
-        time_min = (self._alpha - self._state.sigma) / self._state.steepest_rise(current_ma)
+        left = self._alpha - self._state.sigma
+        if left <= 0.0:
+            return 0
+        time_min = left / self._state.steepest_rise(load_fw * self._ma_per_fw)
         return max(1, int(time_min * NS_PER_MIN * (1.0 - 1e-12)))
 
     def lasts_ns(self, load_fw: int) -> int | None:
         """See `Cell.lasts_ns`."""
         if load_fw <= 0:
             return None
+        if self.is_empty:
+            return 0
         return self._state.first_reach(self._alpha, load_fw * self._ma_per_fw, NS_PER_MIN)

@@ -77,6 +77,8 @@ class BatteryTable:
     """Usable energy when full: short for the chemistry `linear`."""
     chemistry: LinearTable | PeukertTable | RakhmatovVrudhulaTable | None = None
     """What heavy loads do to it."""
+    continuous_ma: PositiveNumber | None = None
+    """Largest current its maker vouches for over longer times, if that is known; heavier radios are warned of."""
 
     def __post_init__(self) -> None:
         """Refuse a battery that holds nothing, or two different things."""
@@ -89,8 +91,9 @@ class BatteryTable:
 
     def device(self) -> BatteryDevice:
         """The battery as the simulator uses it."""
+        most_ma = None if self.continuous_ma is None else self.continuous_ma.value
         if isinstance(self.chemistry, PeukertTable | RakhmatovVrudhulaTable):
             parameters: NonlinearParameters = self.chemistry.parameters()
-            return BatteryDevice(self.name, parameters.energy_j, parameters)
+            return BatteryDevice(self.name, parameters.energy_j, parameters, most_ma)
         number = self.chemistry.energy_j if self.chemistry is not None else self.energy_j
-        return BatteryDevice(self.name, number.value if number is not None else 0.0)
+        return BatteryDevice(self.name, number.value if number is not None else 0.0, None, most_ma)

@@ -17,6 +17,17 @@ def device_findings(device: RadioDevice | CpuDevice | BatteryDevice) -> list[str
     return [f"{device.name}: {sentence}" for sentence, caught in traps.items() if caught]
 
 
+def supply_finding(radio: RadioDevice, battery: BatteryDevice) -> str | None:
+    """A battery that is too small for a radio: a linear cell would give a lifetime that a real one does not reach."""
+    listen_ma = radio.listen_mw / radio.supply_v
+    if battery.continuous_ma is None or listen_ma <= battery.continuous_ma:
+        return None
+    return (
+        f"{battery.name}: good for {battery.continuous_ma:g} mA over longer times, but {radio.name} draws {listen_ma:g} mA "
+        "while it listens; the real cell would give less energy than its table says"
+    )
+
+
 def _radio_traps(radio: RadioDevice) -> dict[str, bool]:
     """INET issue 757 and OTNS price listening as sleep or the reverse; `sleep` of the CC2420 is idle in Castalia."""
     listen, receive, down, idle = radio.listen_mw, radio.receive_mw, radio.power_down_mw, radio.idle_mw

@@ -5,7 +5,7 @@ scenario. Tables hold currents at a supply voltage, as data sheets do (a source 
 value is written `{value: 18.8, source: "data sheet, page 9"}`; one recalled or chosen also has `unverified: true`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from difflib import get_close_matches
 from importlib.resources import files
@@ -97,6 +97,25 @@ def load_device(path: Path) -> Device | None:
         kind = next((name for name, keys in _KNOWN_BY.items() if keys & plain.keys()), None)
     loader = _LOADERS.get(kind) if isinstance(kind, str) else None
     return None if loader is None else loader(path)
+
+
+def unverified(path: Path) -> tuple[list[str], int]:
+    """Values of a table that were recalled or chosen, not read in their source, by key; and how many values there are.
+
+    Raises:
+        ScenarioError: If the file cannot be read.
+    """
+    found = list(_values(read_document(path).plain(), ()))
+    return [".".join(keys) for keys, is_unverified in found if is_unverified], len(found)
+
+
+def _values(plain: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], bool]]:
+    """Every value with a source below a mapping: its keys, and whether it is unverified."""
+    if isinstance(plain, dict) and "source" in plain:
+        yield keys, bool(plain.get("unverified"))
+    elif isinstance(plain, dict):
+        for key, below in plain.items():
+            yield from _values(below, (*keys, str(key)))
 
 
 def _radio(path: Path) -> RadioDevice:

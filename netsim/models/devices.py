@@ -165,11 +165,13 @@ class BatteryDevice:
         name: Its name.
         energy_j: Usable energy when full, drawn gently; infinity for mains power.
         chemistry: What heavy loads do to it; None for a linear cell, of which every joule can be had at any load.
+        continuous_ma: Largest current its maker vouches for over longer times; None where that is not known.
     """
 
     name: str
     energy_j: float
     chemistry: NonlinearParameters | None = None
+    continuous_ma: float | None = None
 
 
 MAINS = BatteryDevice(name="ideal", energy_j=math.inf)

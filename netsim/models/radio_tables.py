@@ -167,7 +167,7 @@ class RadioTable(_States):
     preamble_byte: PositiveCount
     """Of that, what must be heard to lock: preamble and start of frame."""
     symbol_us: PositiveNumber
-    """Duration of a symbol."""
+    """Duration of a symbol, the unit of MAC timing; where a standard names none, the time of four bits."""
     preamble_lock_sinr_db: Number
     """Lowest SINR at which a preamble is caught."""
 

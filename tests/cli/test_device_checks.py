@@ -77,3 +77,21 @@ def test_a_battery_that_holds_two_things_is_refused(
     (folder / "cell.yaml").write_text(text)
     status, _, err = netsim(monkeypatch, capsys, "check", str(folder / "cell.yaml"))
     assert (status, "either energy_j or chemistry" in err) == (2, True)
+
+
+def test_values_without_a_source_that_was_read_are_listed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, out, _ = netsim(monkeypatch, capsys, "check", str(SHIPPED / "radios" / "cc2420.yaml"))
+    assert "3 of 24 values are recalled or chosen" in out
+    assert "switching_ma, power_down_to_idle_us, idle_to_listen_us" in out
+
+
+def test_a_coin_cell_under_a_listening_radio_is_warned_of(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = SCENARIO.replace("radio: mine.yaml", "battery: {type: device, device: coin_cell}")
+    (folder / "scenario.yaml").write_text(text)
+    status, _, err = netsim(monkeypatch, capsys, "check", str(folder / "scenario.yaml"))
+    assert status == 0
+    assert "warning: group a: CR2032 coin cell: good for 3 mA over longer times, but CC2420 draws 18.8 mA" in err

@@ -76,6 +76,30 @@ def test_cpus_and_batteries() -> None:
     assert 0.0 < load_battery("coin_cell", HERE).energy_j < load_battery("aa_pair", HERE).energy_j
 
 
+@pytest.mark.parametrize(
+    ("name", "listen_mw", "tx_power_dbm", "transmit_mw", "power_down_mw"),
+    [
+        ("cc1000", 3 * 7.03, 0, 3 * 8.47, 3 * 0.0002),  # PowerTOSSIM MICA2
+        ("cc2420", 3 * 18.8, -5, 3 * 14.0, 3 * 0.020),
+        ("cc2538", 3 * 20.0, 7, 3 * 34.0, 3 * 0.0013),
+        ("nrf52840", 3 * 6.53, 8, 3 * 16.40, 0.0),
+        ("sx1276", 3.3 * 11.2, 14, 3.3 * 44, 3.3 * 0.0015),
+    ],
+)
+def test_powers_of_shipped_radios(
+    name: str, listen_mw: float, tx_power_dbm: float, transmit_mw: float, power_down_mw: float
+) -> None:
+    radio = load_radio(name, HERE)
+    found = (radio.listen_mw, radio.receive_mw, radio.transmit_power_mw(tx_power_dbm), radio.power_down_mw)
+    assert found == pytest.approx((listen_mw, listen_mw, transmit_mw, power_down_mw))
+
+
+def test_cpus_of_the_papers() -> None:
+    sh4, atmega = load_cpu("sh4_7751", HERE), load_cpu("atmega128l", HERE)
+    assert sh4.active_mw / 300e6 * 1e6 == pytest.approx(1.33, abs=0.005)  # nJ an instruction at 300 MIPS
+    assert (atmega.active_mw, atmega.sleep_mw) == pytest.approx((24.0, 0.33))
+
+
 RADIOS = ["cc1000", "cc2420", "cc2538", "first_order", "nrf52840", "sx1276", "wins2"]
 CPUS = ["atmega128l", "cortex_m4", "msp430", "sh4_7751"]
 BATTERIES = ["aa_pair", "aa_pair_peukert", "coin_cell", "ideal", "itsy_rv"]

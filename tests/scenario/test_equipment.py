@@ -6,6 +6,7 @@ import pytest
 
 from netsim.errors import ScenarioError
 from netsim.models.batteries import PeukertParameters, RakhmatovVrudhulaParameters
+from netsim.models.device_tables import shipped
 from netsim.models.harvest import DayHarvest
 from netsim.rng import Streams
 from netsim.scenario.load import load
@@ -126,3 +127,14 @@ def test_a_message_over_lora_takes_its_airtime(tmp_path):
     airtime_s = sum(time_s for device, state, time_s in rows if (device, state) == ("radio", "transmit"))
     assert airtime_s > 6 * 1.0
     assert sent_j == pytest.approx(airtime_s * 44e-3 * 3.3)
+
+
+@pytest.mark.parametrize("radio", shipped("radios"))
+def test_every_radio_can_hold_a_conversation_with_acknowledgements(tmp_path, radio):
+    """The MAC counts its waits in the radio's symbols: an acknowledgement must fit into them with every radio."""
+    path = scenario(
+        tmp_path, f"radio: {radio}, tx_power_dbm: 10" if radio in ("wins2", "sx1276") else f"radio: {radio}"
+    )
+    path.write_text(path.read_text().replace("mac: {type: ideal}", "mac: {type: csma}"))
+    metrics = run(load(path)).metrics
+    assert (metrics["delivery_ratio_unicast"], metrics["drops_by_reason"]) == (1.0, {})
