@@ -14,7 +14,7 @@ from netsim.reading import Document
 from netsim.scenario.schema import Fidelity, Scenario
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
-from netsim.sim.mac.lpl import LplParameters
+from netsim.sim.mac.lpl_timing import LplParameters
 
 RUNGS: Final[Mapping[Fidelity, tuple[Reception, type[Any]]]] = {
     "ideal": ("perfect", IdealMacParameters),
