@@ -9,6 +9,10 @@ from netsim.api import BROADCAST
 from netsim.sim.mac.lpl import LplMac
 from netsim.sim.mac.lpl_timing import LplParameters, lpl_timing
 
+WAKE_US = 860 + 192  # the oscillator starts, then the synthesiser locks
+WAKE_UJ = 860e-3 * 1.278 + 192e-3 * 56.4  # at the idle draw, then the switching draw: 1.09908 + 10.8288
+RELOCK_US = 192  # from idle back to listening: the synthesiser alone
+
 
 def late(*backoffs):
     """Draws of a node whose first check comes after 123.75 ms."""
@@ -44,27 +48,28 @@ def starts_us(rig, source, strobes):
 
 
 def test_an_idle_node_to_the_microjoule():
-    """A check: start-up 860 us, three samples of 128 us, between them 180 us idle and 192 us back to listening."""
+    """A check: start-up 1052 us, three samples of 128 us, between them 180 us idle and 192 us back to listening."""
     rig = lpl(Rig(mesh(2), full=True))
     rig.run(10 * 125 * MS)
-    check_us = 860 + 2 * 500 + 128
+    check_us = WAKE_US + 2 * 500 + 128
+    assert check_us == 2180
     assert times_us(rig, 0) == {
-        "wake": 10 * (860 + 2 * 192),
+        "wake": 10 * (WAKE_US + 2 * RELOCK_US),
         "listen": 10 * 3 * 128,
         "idle": 10 * 2 * 180,
         "sleep": 10 * (125_000 - check_us),
     }
-    # 1.09908 start-up, 21.6576 samples, 0.46008 idle, 21.6576 back to listening, 7.38072 asleep
-    assert rig.stations[0].battery.used_j * 1e6 == pytest.approx(10 * 52.25508, rel=1e-12)
+    # 11.92788 start-up, 21.6576 samples, 0.46008 idle, 21.6576 back to listening, 7.3692 asleep (122,820 us)
+    assert rig.stations[0].battery.used_j * 1e6 == pytest.approx(10 * 63.07236, rel=1e-12)
     first = [entry for entry in rig.states(0) if 0 < entry[0] < 125_000]
-    assert first == [(860, 2), (988, 7), (1168, 5), (1360, 2), (1488, 7), (1668, 5), (1860, 2), (1988, 1)]
+    assert first == [(1052, 2), (1180, 7), (1360, 5), (1552, 2), (1680, 7), (1860, 5), (2052, 2), (2180, 1)]
 
 
 @pytest.mark.parametrize("interval_ms", [50, 125, 500])
 def test_an_idle_nodes_mean_draw_by_interval(interval_ms):
     rig = lpl(Rig(mesh(2)), wake_interval_ms=interval_ms)
     rig.run(20 * interval_ms * MS)
-    check_uj, check_us = 1.09908 + 2 * 21.6576 + 0.46008, 1988
+    check_uj, check_us = WAKE_UJ + 2 * 21.6576 + 0.46008, 2180
     expected_uj = check_uj + 0.06e-3 * (interval_ms * 1000 - check_us)
     assert rig.stations[1].battery.used_j * 1e6 == pytest.approx(20 * expected_uj, rel=1e-12)
 
@@ -72,7 +77,7 @@ def test_an_idle_nodes_mean_draw_by_interval(interval_ms):
 def test_samples_without_time_to_idle_between_them_listen_on():
     rig = lpl(Rig(mesh(2)), samples=2, sample_spacing_ms=0.3)
     rig.run(125 * MS)
-    assert times_us(rig, 0) == {"wake": 860, "listen": 428, "sleep": 125_000 - 860 - 428}
+    assert times_us(rig, 0) == {"wake": WAKE_US, "listen": 428, "sleep": 125_000 - WAKE_US - 428}
 
 
 # --- X-MAC ----------------------------------------------------------------------------------------------------------
@@ -86,69 +91,64 @@ def x_mac(nodes=2, destination=1, **parameters):
     return rig.run(100 * MS), fate
 
 
-FIRST_STROBE_US = 1000 + 860 + 864 + 192 + 128 + 192  # start-up, clear for a gap and a sample, turnaround
+FIRST_STROBE_US = 1000 + WAKE_US + 864 + 192 + 128 + 192  # start-up, clear for a gap and a sample, turnaround
 CYCLE_US = 544 + 864 + 192  # strobe of 11 bytes, gap, turnaround
 
 
 def test_an_x_mac_exchange_every_instant():
-    """Samples at 10.860 (in a gap) and 11.360 ms (strobe 5 is on the air); strobe 6 is heard whole and answered."""
+    """Samples at 11.052 (in a gap) and 11.552 ms (strobe 5 is on the air); strobe 6 is heard whole and answered."""
     rig, fate = x_mac()
-    assert FIRST_STROBE_US == 3236
+    assert FIRST_STROBE_US == 3428
     assert starts_us(rig, 0, strobes=True) == [FIRST_STROBE_US + number * CYCLE_US for number in range(7)]
     heard_us = FIRST_STROBE_US + 6 * CYCLE_US + 544
-    assert heard_us == 13_380
+    assert heard_us == 13_572
     early, late = [frame for frame in rig.frames if frame.is_ack]
     assert (early.t_start_ns / US, early.t_end_ns / US) == (heard_us + 192, heard_us + 544)
     assert starts_us(rig, 0, strobes=False) == [heard_us + 544 + 192]
-    assert late.t_end_ns == 16_452 * US
-    assert rig.delivered == [(15_908 * US, 1, 0, bytes(39))]
+    assert late.t_end_ns == 16_644 * US
+    assert rig.delivered == [(16_100 * US, 1, 0, bytes(39))]
     ((done_ns, delivery),) = fate
-    assert (done_ns, delivery.acknowledged, delivery.attempts) == (16_452 * US, True, 1)
+    assert (done_ns, delivery.acknowledged, delivery.attempts) == (16_644 * US, True, 1)
 
 
 def test_an_x_mac_exchange_every_microjoule():
     rig, _ = x_mac()
     sender = rig.stations[0].ledger_uj()
     assert {key: time_us for key, (_, time_us) in sender.items() if time_us} == {
-        ("wake", ""): 860,
+        ("wake", ""): WAKE_US,
         ("listen", ""): 1184 + 6 * (864 - 192),
         ("switch", "belief"): 192 + 6 * 2 * 192 + 3 * 192,
         ("strobe_transmit", "belief"): 7 * 544,
         ("ack_receive", "belief"): 2 * 352,
         ("transmit", "belief"): 1792,
-        ("sleep", ""): 100_000 - 15_452,
+        ("sleep", ""): 100_000 - 15_644,
     }
     assert rig.stations[0].battery.used_j * 1e6 == pytest.approx(
-        860e-3 * 1.278
-        + 5216e-3 * 56.4
-        + 3072e-3 * 56.4
-        + 704e-3 * 56.4
-        + (3808 + 1792) * 1e-3 * 52.2
-        + 84_548e-3 * 0.06,
+        WAKE_UJ + 5216e-3 * 56.4 + 3072e-3 * 56.4 + 704e-3 * 56.4 + (3808 + 1792) * 1e-3 * 52.2 + 84_356e-3 * 0.06,
         rel=1e-12,
     )
     receiver = rig.stations[1].ledger_uj()
     # it sleeps 12.5 ms after the data came
     assert {key: time_us for key, (_, time_us) in receiver.items() if time_us} == {
-        ("wake", ""): 860 + 192,
+        ("wake", ""): WAKE_US + RELOCK_US,
         ("idle", ""): 180,
-        ("listen", ""): 128 + (12_836 - 11_360) + (28_408 - 16_644),
+        ("listen", ""): 128 + (13_028 - 11_552) + (28_600 - 16_836),
         ("strobe_receive", "belief"): 544,
         ("switch", "belief"): 4 * 192,
         ("ack_transmit", "belief"): 2 * 352,
         ("receive", "belief"): 1792,
-        ("sleep", ""): 100_000 - 18_408,
+        ("sleep", ""): 100_000 - 18_600,
     }
 
 
 def test_whoever_hears_that_the_strobe_is_for_another_sleeps_on():
     rig, _ = x_mac(nodes=3)
     assert times_us(rig, 2) == {
-        "wake": 860 + 192,
+        "wake": WAKE_US + RELOCK_US,
         "idle": 180,
-        "listen": 128 + (12_836 - 11_360),
+        "listen": 128 + (13_028 - 11_552),
         "overhear": 544,
-        "sleep": 100_000 - 3380,
+        "sleep": 100_000 - 3572,
     }
 
 
@@ -195,7 +195,7 @@ def test_nobody_answers():
     assert len(strobes) == 4 * 80
     # each train ends with a gap; then half of the window, start-up, clear channel, turnaround
     pauses = [strobes[80 * number] - strobes[80 * number - 1] for number in (1, 2, 3)]
-    assert pauses == [544 + 864 + intervals * 62_500 + 860 + 1184 + 192 for intervals in (1, 2, 4)]
+    assert pauses == [544 + 864 + intervals * 62_500 + WAKE_US + 1184 + 192 for intervals in (1, 2, 4)]
     assert {frame.attempt for frame in rig.frames} == {0, 1, 2, 3}
     assert starts_us(rig, 0, strobes=False) == []
 
@@ -219,12 +219,12 @@ def test_a_b_mac_exchange_every_instant():
     rig = lpl(Rig(mesh(3)), {0: late(), **listeners}, variant="b-mac")
     fate = rig.submit(1 * MS, 0, 1)
     rig.run(200 * MS)
-    first_us = 1000 + 860 + 128 + 192
+    first_us = 1000 + WAKE_US + 128 + 192
     assert starts_us(rig, 0, strobes=True) == [first_us + number * 4256 for number in range(31)]
     data_us = first_us + 31 * 4256
     assert starts_us(rig, 0, strobes=False) == [data_us]
     assert fate[0][0] == (data_us + 1792 + 192 + 352) * US
-    # node 1 notices it with the sample that ends at 10.988 ms and hears frames 3 to 30
+    # node 1 notices it with the sample that ends at 11.180 ms and hears frames 3 to 30
     receiver = times_us(rig, 1)
     assert receiver["strobe_receive"] == 28 * 4256
     assert receiver["receive"] == 1792
@@ -236,8 +236,8 @@ def test_a_b_mac_exchange_every_instant():
         data_us + 2 * 12_500
     )  # what came 12.5 ms after the last strobe was still within the time of an assessment
     assert bystander["listen"] + bystander["strobe_receive"] + bystander["overhear"] in (
-        pytest.approx(data_us + 12_500 - 10_860 + 128, abs=3 * 128),
-        pytest.approx(asleep_us - 10_860, abs=3 * 128),
+        pytest.approx(data_us + 12_500 - 11_052 + 128, abs=3 * 128),
+        pytest.approx(asleep_us - 11_052, abs=3 * 128),
     )
 
 
@@ -261,7 +261,7 @@ def test_energy_without_a_frame_wakes_in_vain():
     lpl(rig, {1: Draws(0.0, 0.08)}, nodes=[1])
     rig.on_air(10 * MS, 0, destination=9, psdu_byte=127)  # its start is missed
     rig.run(100 * MS)
-    assert times_us(rig, 1) == {"wake": 860, "listen": 128 + 12_500, "sleep": 100_000 - 860 - 128 - 12_500}
+    assert times_us(rig, 1) == {"wake": WAKE_US, "listen": 128 + 12_500, "sleep": 100_000 - WAKE_US - 128 - 12_500}
 
 
 def test_radio_sleep_ends_the_sampling_and_wake_resumes_it():

@@ -11,7 +11,7 @@ from netsim.errors import ScenarioError
 from netsim.sim.mac.slots import SlotPlan, slot_plans
 from netsim.sim.mac.tdma import TdmaMac, TdmaParameters
 
-WAKE_US = 860
+WAKE_US = 860 + 192  # the oscillator starts, then the synthesiser locks
 LEAD_US = 1000 + 192  # guard, turnaround
 EXCHANGE_US = 1792 + 192 + 352
 
@@ -113,13 +113,13 @@ def test_an_exchange_in_the_senders_slot_every_instant():
     assert (ack.t_start_ns / US, ack.t_end_ns / US) == (10_000 + LEAD_US + 1984, 10_000 + LEAD_US + EXCHANGE_US)
     ((done_ns, delivery),) = fate
     assert (done_ns, delivery.acknowledged, delivery.attempts) == (ack.t_end_ns, True, 1)
-    # node 1 hears slots 2 and 0 (wakes 860 us before 20 ms, sleeps from 40 ms), and is on in its own for the exchange
+    # node 1 hears slots 2 and 0 (wakes 1052 us before 20 ms, sleeps from 40 ms), and is on in its own for the exchange
     listen, sleep, switch, transmit = 2, 1, 5, 4
     by_state = [entry for entry in rig.states(1) if entry[1] in (sleep, transmit) or entry[1] == listen]
     assert by_state == [
         (0, listen),
         (0, sleep),
-        (860, listen),
+        (WAKE_US, listen),
         (11_192, transmit),
         # the acknowledgement begins when the receiver is ready again
         *[entry for entry in by_state if entry[0] == 13_176],
@@ -133,18 +133,21 @@ def test_an_exchange_in_the_senders_slot_every_instant():
 
 
 def test_an_idle_node_pays_for_the_slots_of_its_neighbours():
-    """Two nodes, two slots: it listens 10 of every 20 ms and wakes for 860 us. CC2420 at 3 V: 56.4, 1.278, 0.06 mW."""
+    """Two nodes, two slots: it listens 10 of every 20 ms and wakes for 1052 us.
+
+    CC2420 at 3 V: 56.4 mW listening, 0.06 asleep; waking draws 1.278 mW for 860 us, then 56.4 for 192 us.
+    """
     rig = tdma(Rig(mesh(2)))
     rig.run(2000 * MS)
-    # node 0 hears slot 1: wakes at 9.14, 29.14, ..., listens from 10, 30, ... for 10 ms each
+    # node 0 hears slot 1: wakes at 8.948, 28.948, ..., listens from 10, 30, ... for 10 ms each
     booked = rig.stations[0].ledger_uj()
     assert {state: time_us for (state, _), (_, time_us) in booked.items()} == {
-        "wake": 100 * 860,
+        "wake": 100 * WAKE_US,
         "listen": 100 * 10_000,
-        "sleep": 100 * (10_000 - 860),
+        "sleep": 100 * (10_000 - WAKE_US),
     }
     assert rig.stations[0].battery.used_j * 1e6 == pytest.approx(
-        100 * (860e-6 * 1278 + 10_000e-6 * 56_400 + 9140e-6 * 60), rel=1e-12
+        100 * (860e-6 * 1278 + 192e-6 * 56_400 + 10_000e-6 * 56_400 + 8948e-6 * 60), rel=1e-12
     )
 
 
