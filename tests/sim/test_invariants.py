@@ -43,11 +43,11 @@ SCENARIOS = {
     "tdma-dying": lambda folder: small(
         folder, algorithm=TOGETHER, mac="{type: tdma}", battery="{type: capacity, energy_j: 0.0225}"
     ),
-    "x-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl}"),
+    "x-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl, wake_interval_ms: 20}"),
     "x-mac-dying": lambda folder: small(
         folder, algorithm=TOGETHER, mac="{type: lpl}", battery="{type: capacity, energy_j: 0.0225}"
     ),
-    "b-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl, variant: b-mac}"),
+    "b-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl, variant: b-mac, wake_interval_ms: 20}"),
     "ideal-csma": lambda folder: small(folder, algorithm=TOGETHER, medium="{type: ideal, delay_s: 0}"),
 }
 
