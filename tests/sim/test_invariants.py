@@ -38,6 +38,16 @@ SCENARIOS = {
         mac="{type: ideal}",
         network="{type: one-hop}",
     ),
+    "aloha": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: aloha, acknowledge: true, duty_cycle: 0.2}"),
+    "tdma": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: tdma}"),
+    "tdma-dying": lambda folder: small(
+        folder, algorithm=TOGETHER, mac="{type: tdma}", battery="{type: capacity, energy_j: 0.0225}"
+    ),
+    "x-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl, wake_interval_ms: 20}"),
+    "x-mac-dying": lambda folder: small(
+        folder, algorithm=TOGETHER, mac="{type: lpl}", battery="{type: capacity, energy_j: 0.0225}"
+    ),
+    "b-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl, variant: b-mac, wake_interval_ms: 20}"),
     "ideal-csma": lambda folder: small(folder, algorithm=TOGETHER, medium="{type: ideal, delay_s: 0}"),
 }
 
@@ -172,7 +182,7 @@ def test_transmit_time_in_the_ledger_is_the_airtime_of_the_frames(finished):
         booked_ns = sum(
             entry.time_ns
             for (_, state, _), entry in member.parts.account.entries.items()
-            if state in ("transmit", "retransmit", "ack_transmit")
+            if state in ("transmit", "retransmit", "ack_transmit", "strobe_transmit")
         )
         assert booked_ns == airtime_ns[node]
 
