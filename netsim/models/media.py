@@ -47,7 +47,9 @@ class PhysicalMedium:
 
     type: str
     noise_dbm: float = NOISE_DBM
-    """Effective noise power at the receiver.
+    """Effective noise power at the receiver, in its own bandwidth: the default is for 802.15.4 at 2.4 GHz.
+
+    Radios of other bandwidths need their own: -117.03 for LoRa in 125 kHz (6 dB noise figure), -105 for the MICA2.
 
     The thermal noise in 2 MHz is -111.0 dBm (kTB at 290 K). The default adds 15.6 dB for noise figure and
     implementation loss, so that the 802.15.4 error formula meets the sensitivity of the CC2420 data sheet (1 % loss of

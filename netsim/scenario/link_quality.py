@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from netsim.models.devices import RadioDevice
 from netsim.models.fading import FadingParameters, peak_db
-from netsim.models.modulation import Modulation
+from netsim.models.modulation import LoraChirps, Modulation
 from netsim.models.noise import Background
 from netsim.models.path_loss import Links
 from netsim.scenario.places import Place
@@ -55,13 +56,15 @@ class Receivers:
         self._fading = fading
         self._peak_db = peak_db(fading)
         self._lock_db = np.array([place.radio.preamble_lock_sinr_db for place in places])
+        self._lowest_db = np.array([_lowest_db(place.radio) for place in places])
         self._modulations = [place.radio.modulation for place in places]
         self._bits = 8 * (1 + max((place.radio.max_psdu_byte for place in places), default=0))  # the length octet too
 
     @property
     def floor_dbm(self) -> Array:
-        """(N,) weakest received power that counts: a margin below quiet noise, and what fading may lift above it."""
-        return self._background.quiet_dbm - INTERFERENCE_MARGIN_DB - self._peak_db
+        """(N,) weakest received power that counts in quiet noise, or that fading may lift there."""
+        floor: Array = self._background.quiet_dbm + self._lowest_db - self._peak_db
+        return floor
 
     def quality(self, links: Links) -> Quality:
         """What the links are worth."""
@@ -93,6 +96,18 @@ class Receivers:
         log_success = modulation.log_bit_success(signal, np.zeros(len(signal)), noise)
         ratio: Array = np.exp(self._bits * log_success)
         return ratio
+
+
+def _lowest_db(radio: RadioDevice) -> float:
+    """Lowest ratio to the noise at which a signal can be decoded or disturb one that is.
+
+    LoRa decodes signals far below the noise, and interference a few decibels below those still spoils them.
+    """
+    modulation = radio.modulation
+    decodable_db = radio.preamble_lock_sinr_db
+    if isinstance(modulation, LoraChirps):
+        decodable_db = modulation.threshold_db - modulation.capture_db
+    return min(-INTERFERENCE_MARGIN_DB, decodable_db)
 
 
 def _position(kinds: list[Modulation], modulation: Modulation) -> int:

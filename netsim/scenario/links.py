@@ -1,8 +1,11 @@
 """The radio neighbourhood of a run: who hears whom how well, and what nodes are told of it; kept up where nodes move."""
 
+import operator
+from bisect import bisect_left
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +24,8 @@ from netsim.scenario.places import Place
 from netsim.scenario.trace_links import trace_links
 from netsim.sim.air import Link
 from netsim.trace.events import LinkTable
+
+_Item = TypeVar("_Item")
 
 LOWEST_PRR = 0.1
 """Nodes with a better link than this are told of each other as neighbours."""
@@ -127,7 +132,6 @@ class _LinkLists:
         self._index = {place.id: index for index, place in enumerate(places)}
         self._source = source
         self._perfect = perfect
-        self._heard_from: defaultdict[int, set[int]] | None = None
 
     def quality(self, links: Links) -> Quality:
         """What the links are worth; with perfect reception only those that are good enough, and without loss."""
@@ -152,43 +156,38 @@ class _LinkLists:
             return {}
         index: Indices = np.array([self._index[node] for node in moved], np.intp)
         positions_m: Array = np.array(list(moved.values()), dtype=float).reshape(-1, 2)
-        heard_from = self._reverse(air)
-        fresh: defaultdict[int, list[tuple[Link, Neighbour | None]]] = defaultdict(list)
+        links: defaultdict[int, dict[int, Link]] = defaultdict(dict)
+        known: defaultdict[int, dict[int, Neighbour]] = defaultdict(dict)
         for sender, link, neighbour in self.rows(self.quality(self._source.move(index, positions_m))):
-            fresh[sender].append((link, neighbour))
-        affected = set(moved).union(fresh, *(heard_from[node] for node in moved))
+            links[sender][link.destination] = link
+            if neighbour is not None:
+                known[sender][neighbour.id] = neighbour
         changed: dict[int, list[Link]] = {}
-        for sender in sorted(affected):
-            before = air.paths[sender]
-            _update(air, sender, moved, fresh[sender])
-            after = air.paths[sender]
-            if after == before:
-                continue
-            changed[sender] = after
-            for listener in {link.destination for link in before} - {link.destination for link in after}:
-                heard_from[listener].discard(sender)
-            for link in after:
-                heard_from[link.destination].add(sender)
+        for sender in self._ids:
+            new_links: Sequence[Link] = list(links[sender].values())
+            new_known: Sequence[Neighbour] = tuple(known[sender].values())
+            if sender not in moved:
+                new_links = _replaced(air.paths[sender], _destination, moved, links[sender])
+                new_known = _replaced(air.neighbours[sender], _number, moved, known[sender])
+            if new_links is not air.paths[sender] and new_links != air.paths[sender]:
+                changed[sender] = air.paths[sender] = list(new_links)
+            air.neighbours[sender] = tuple(new_known)
         return changed
 
-    def _reverse(self, air: Air) -> defaultdict[int, set[int]]:
-        """For each node, the senders that reach it."""
-        if self._heard_from is None:
-            self._heard_from = defaultdict(set)
-            for sender, links in air.paths.items():
-                for link in links:
-                    self._heard_from[link.destination].add(sender)
-        return self._heard_from
+
+_destination: Callable[[Link], int] = operator.attrgetter("destination")
+_number: Callable[[Neighbour], int] = operator.attrgetter("id")
 
 
-def _update(
-    air: Air, sender: int, moved: Mapping[int, tuple[float, float]], fresh: Sequence[tuple[Link, Neighbour | None]]
-) -> None:
-    """Replace a sender's links to the nodes that moved, or all if it moved itself."""
-    all_new = sender in moved
-    links = [] if all_new else [link for link in air.paths[sender] if link.destination not in moved]
-    known = [] if all_new else [other for other in air.neighbours[sender] if other.id not in moved]
-    links += [link for link, _ in fresh]
-    known += [neighbour for _, neighbour in fresh if neighbour is not None]
-    air.paths[sender] = sorted(links, key=lambda link: link.destination)
-    air.neighbours[sender] = tuple(sorted(known, key=lambda other: other.id))
+def _replaced(
+    items: Sequence[_Item], key: Callable[[_Item], int], moved: Iterable[int], fresh: Mapping[int, _Item]
+) -> Sequence[_Item]:
+    """Items ascending by key, in which those of the nodes that moved are the fresh ones; the same object if none differs."""
+    result = items
+    for node in moved:
+        new, place = fresh.get(node), bisect_left(result, node, key=key)
+        old = result[place] if place < len(result) and key(result[place]) == node else None
+        if new == old:
+            continue
+        result = [*result[:place], *([] if new is None else [new]), *result[place + (old is not None) :]]
+    return result

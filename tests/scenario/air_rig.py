@@ -19,16 +19,18 @@ nodes:
   - name: sensors
     placement: {placement}
     tx_power_dbm: {power}
+    {more}
 medium: {medium}
+mac: {{type: ideal}}
 algorithm: {{type: neighbour-traffic}}
 """
 GRID = "{type: grid, rows: 4, columns: 4, spacing_m: 12}"
 
 
-def scenario(folder: Path, medium: str, placement: str = GRID, power: float = 0.0) -> LoadedScenario:
-    """A loaded scenario; the line of `medium` is 10, of `tx_power_dbm` 9."""
+def scenario(folder: Path, medium: str, placement: str = GRID, power: float = 0.0, more: str = "") -> LoadedScenario:
+    """A loaded scenario; the line of `medium` is 11, of `tx_power_dbm` 9."""
     path = folder / "small.yaml"
-    path.write_text(SCENARIO.format(medium=medium, placement=placement, power=power))
+    path.write_text(SCENARIO.format(medium=medium, placement=placement, power=power, more=more))
     return load(path)
 
 

@@ -21,6 +21,7 @@ from netsim.scenario.load import load
 from netsim.scenario.places import positions_m
 
 BITS = 8 * 128
+GRID_KM = "{type: grid, rows: 1, columns: 10, spacing_m: 20}"
 MICA2 = "[[3.7, -3.3], [-3.3, 6.0]]"
 FLAT = [
     "{type: log-distance, exponent: 3, shadowing_sd_db: 4, noise_dbm: -95.4}",
@@ -124,6 +125,28 @@ def test_what_a_quiet_moment_lets_through_is_a_link(tmp_path: Path) -> None:
     assert varying.neighbours == steady.neighbours
 
 
+def test_links_far_below_the_noise_of_a_radio_that_decodes_them(tmp_path: Path) -> None:
+    """LoRa at spreading factor 12 hears 16 dB below the noise and is disturbed still below; without shadowing, by range."""
+    medium = "{type: log-distance, reference_loss_db: 90, shadowing_sd_db: 0, noise_dbm: -117.03}"
+    loaded = scenario(tmp_path, medium, GRID_KM, 14.0, "radio: sx1276\n    lora: {spreading_factor: 12}")
+    place, air = nodes_of(loaded)[0], air_of(loaded)
+    assert place.radio.lora is not None
+    threshold_db, capture_db = place.radio.lora.threshold_db, place.radio.lora.capture_db
+    assert threshold_db < -15
+    where = {each.id: (each.x_m, each.y_m) for each in nodes_of(loaded)}
+    snr_db = {
+        (a, b): 14 - 90 - 30 * math.log10(math.dist(where[a], where[b])) + 117.03
+        for a in where
+        for b in where
+        if a != b
+    }
+    decodable = {(s, x.destination) for s, links in air.paths.items() for x in links if x.decodable}
+    assert pairs(air) == {pair for pair, ratio in snr_db.items() if ratio >= threshold_db - capture_db}
+    assert decodable == {pair for pair, ratio in snr_db.items() if ratio >= threshold_db}
+    assert 0 < len(decodable) < len(pairs(air)) < len(snr_db)
+    assert {x.prr for links in air.paths.values() for x in links if x.decodable} == {1.0}
+
+
 MOVING = [
     f"{{type: log-distance, exponent: 3.3, asymmetry_sd_db: 1, hardware_covariance: {MICA2}}}",
     "{type: log-distance, exponent: 3.3, reception: perfect}",
@@ -186,7 +209,7 @@ def test_no_move_changes_nothing(tmp_path: Path) -> None:
 def test_bad_settings_are_findings(tmp_path: Path, medium: str, where: str, text: str) -> None:
     with pytest.raises(ScenarioError) as raised:
         scenario(tmp_path, medium)
-    assert f"small.yaml:10: {where}" in str(raised.value)
+    assert f"small.yaml:11: {where}" in str(raised.value)
     assert text in str(raised.value)
 
 

@@ -119,7 +119,7 @@ def test_the_power_at_which_it_was_recorded(tmp_path: Path) -> None:
 def test_nodes_that_the_file_does_not_know(tmp_path: Path, file: str, form: str) -> None:
     four = "{type: grid, rows: 2, columns: 2, spacing_m: 10}"
     said = refusal(tmp_path, f"{{type: trace, file: {file}, format: {form}}}", four)
-    assert f"small.yaml:10: medium.file: expected a file that knows every node of the scenario; {file} knows 3" in said
+    assert f"small.yaml:11: medium.file: expected a file that knows every node of the scenario; {file} knows 3" in said
     assert "got no line about node 2, 3; give fewer nodes, or number them as in the file" in said
 
 
@@ -136,8 +136,8 @@ def test_nodes_numbered_as_in_the_file(tmp_path: Path) -> None:
         ("{type: trace, file: none.k7, format: k7}", "none.k7:1: expected a K7 file that can be read"),
         ("{type: trace, file: gains.txt, format: k7}", "gains.txt:1: expected a JSON object"),
         ("{type: trace, file: links.k7, format: tossim}", "links.k7:1: expected `gain SOURCE LISTENER dB`"),
-        ("{type: trace, file: links.k7, format: k7, channel: 15}", "10: medium.channel: expected a channel in links.k7: 11"),
-        ("{type: trace, file: links.k7, format: k7, start_s: 3600}", "10: medium.start_s: expected a time within"),
+        ("{type: trace, file: links.k7, format: k7, channel: 15}", "11: medium.channel: expected a channel in links.k7: 11"),
+        ("{type: trace, file: links.k7, format: k7, start_s: 3600}", "11: medium.start_s: expected a time within"),
     ],
 )  # fmt: skip
 def test_files_and_settings_that_do_not_fit(tmp_path: Path, medium: str, place: str) -> None:
