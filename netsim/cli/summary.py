@@ -63,6 +63,11 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "  packets given up", _counts(figures["drops_by_reason"])
     kinds = {"data": figures["frames_data"], "retry": figures["frames_retry"], "ack": figures["frames_ack"]}
     yield "frames", _counted(figures["frames"], kinds)
+    if figures["frames_unicast_data"]:
+        yield "  unicast data frames received", _percent(figures["frame_reception_ratio_unicast"])
+    if figures["frames_lost_by_reason"]:
+        most_first = sorted(figures["frames_lost_by_reason"].items(), key=lambda item: -item[1])
+        yield "  lost, at the addressee", _counts(dict(most_first))
     yield "bytes in frames (PSDU)", f"{figures['frame_byte']:,}"
     yield "airtime", _seconds(figures["airtime_s"])
 
