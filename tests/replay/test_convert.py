@@ -64,7 +64,7 @@ def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.reshape(vectors, (-1, 2)), np.reshape(expected, (-1, 2)), atol=1e-5)
     origins = timed(hello, "Arrows2D:origins")[100 * MS]
     np.testing.assert_allclose(origins, [[gap, aside], [aside, -gap]], atol=1e-5)
-    collided = rows["/map/losses/collided"]
+    collided = rows["/map/losses/interference"]
     assert sorted(timed(collided, "Arrows2D:labels").values()) == [[], ["collided"], ["collided"], ["collided"]]
     assert [row["Arrows2D:show_labels"] for row in collided if "simulated_time" not in row] == [[False]]
     np.testing.assert_allclose(timed(collided, "Arrows2D:vectors")[200 * MS], [[-0.6 * shaft, 0]], atol=1e-5)
