@@ -127,7 +127,7 @@ def _lanes(contents: str | list[str], name: str) -> rrb.StateTimelineView:
 
 
 def _log(present: Collection[str]) -> rrb.TextLogView | None:
-    if "/log" not in present:
+    if not any(path.startswith("/log/") for path in present):
         return None
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     return rrb.TextLogView(origin="/log", name="Log", columns=columns)

@@ -59,7 +59,7 @@ def budget_lines(batch: Batch, label: Label) -> Lines:
 def _budget_event(event: str, action: str) -> str:
     if event == "refused":
         return f"refuses {action}" if action else "refuses"
-    return f"{event}, so {action}" if action else event
+    return f"{event}, policy {action}" if action else event
 
 
 class RouteLines:

@@ -40,6 +40,7 @@ class LaneTrack:
         self._setting = setting
         self._announced: list[_States] = []
         self._lives: list[tuple[int, int, int]] = []
+        self._left = _Left()
         self._begun = False
         self._transmissions = np.zeros(len(setting.scene.place), np.int64)
 
@@ -62,15 +63,19 @@ class LaneTrack:
         else:
             row = self._setting.scene.rows(batch.numbers("source")[batch.time_ns >= self._setting.pace.start_ns])
             self._transmissions += np.bincount(row[row >= 0], minlength=len(self._transmissions))
-            yield from self._lanes(*_frame_states(batch))
+            states = _frame_states(batch)
+            self._left.add(*_left_receptions(batch))
+            self._left.follow(states, int(batch.numbers("t_start_ns").min()))
+            yield from self._lanes(*states)
 
     def finish(self) -> Iterator[Chunk]:
         """The announcements; at one instant those of crashes prevail, and those of reboots yield."""
         up, down = (
             [life for life in self._lives if (life[2] == _CODE["crashed"]) == is_crash] for is_crash in (False, True)
         )
-        every = [_columns(up), *self._announced, _columns(down)]
-        yield from self._lanes(*(np.concatenate(parts) for parts in zip(*every, strict=True)))
+        announced = _joined([_columns(up), *self._announced, _columns(down)])
+        self._left.follow(announced, 0)
+        yield from self._lanes(*_joined([self._left.ends(), announced]))
 
     def _entity(self, row: int) -> str:
         return entity("radio", self._setting.scene.nodes.name[row])
@@ -105,6 +110,48 @@ class LaneTrack:
         return np.asarray(~(old & followed[: len(old)]))
 
 
+class _Left:
+    """Receptions left for a stronger frame, of which nothing is known to have followed before the frame's own end."""
+
+    def __init__(self) -> None:
+        self._open: list[tuple[int, int, int]] = []  # node, start, end
+        self._over: list[tuple[int, int, int]] = []
+
+    def add(self, node: NDArray[np.integer], begin_ns: NDArray[np.int64], end_ns: NDArray[np.int64]) -> None:
+        self._open += zip(node.tolist(), begin_ns.tolist(), end_ns.tolist(), strict=True)
+
+    def follow(self, states: _States, since_ns: int) -> None:
+        """Forget those that these states follow; no state of before `since_ns` is among them."""
+        if since_ns:
+            self._over += [left for left in self._open if left[2] < since_ns]
+            self._open = [left for left in self._open if left[2] >= since_ns]
+        else:
+            self._open, self._over = self._open + self._over, []
+        if self._open:
+            node, time_ns, _ = states
+            order = np.lexsort((time_ns, node))
+            node, time_ns = node[order], time_ns[order]
+            self._open = [left for left in self._open if not _followed(node, time_ns, *left)]
+
+    def ends(self) -> _States:
+        """They end with the frame."""
+        return _columns([(node, end_ns, _CODE["listen"]) for node, _, end_ns in self._open + self._over])
+
+
+def _followed(
+    sorted_node: NDArray[np.integer], time_ns: NDArray[np.int64], node: int, begin_ns: int, end_ns: int
+) -> bool:
+    """Whether the node does something after the begin and up to the end; sorted by node, then by time."""
+    first, last = np.searchsorted(sorted_node, [node, node + 1])
+    times = time_ns[first:last]
+    return bool(np.searchsorted(times, end_ns, "right") > np.searchsorted(times, begin_ns, "right"))
+
+
+def _joined(parts: list[_States]) -> _States:
+    node, time_ns, state = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return node, time_ns, state
+
+
 def _columns(lives: list[tuple[int, int, int]]) -> _States:
     node, time_ns, state = np.array(lives, np.int64).reshape(-1, 3).T
     return node, time_ns, state
@@ -129,3 +176,11 @@ def _frame_states(batch: Batch) -> _States:
         np.concatenate([ends_ns[ends], begin_ns, begin_ns[frame]]),
         np.concatenate([np.full(int(ends.sum()), _CODE["listen"]), state]),
     )
+
+
+def _left_receptions(batch: Batch) -> _States:
+    """Node, start and end of each frame that a listener left for a stronger one."""
+    listener, lengths = batch.rows("rx_node")
+    left = batch.rows("rx_outcome")[0] == OUTCOME_CODE["captured"]
+    frame = np.repeat(np.arange(len(lengths)), lengths)[left]
+    return listener[left], batch.numbers("t_start_ns")[frame], batch.numbers("t_end_ns")[frame]

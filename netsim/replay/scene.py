@@ -146,8 +146,11 @@ def _moves(path: Path, row_of: NDArray[np.int64]) -> Moves:
         parts.append(Moves(np.repeat(batch.time_ns, lengths)[row >= 0], row[row >= 0], place[row >= 0]))
     if not parts:
         return no_moves()
-    columns = ([part.time_ns for part in parts], [part.row for part in parts], [part.place for part in parts])
-    return Moves(*(np.concatenate(column) for column in columns))
+    return Moves(
+        np.concatenate([part.time_ns for part in parts]),
+        np.concatenate([part.row for part in parts]),
+        np.concatenate([part.place for part in parts]),
+    )
 
 
 def _node_radius_m(place: NDArray[np.float64]) -> float:
