@@ -54,7 +54,7 @@ class Conversion:
     def run(self, recording: rr.RecordingStream) -> None:
         """Send everything, legend and layout last, when it is known what there is to show."""
         rr.send_chunks(self._noted(), recording=recording)
-        legend = rows_of(marks(self.scene, self._setting.kinds.names, self._frames.interference(), self._present))
+        legend = rows_of(marks(self.scene, self._frames.met(), self._present))
         rr.send_chunks(legend_chunks(self.scene, legend), recording=recording)
         lanes = self._lanes.busiest() if self._lanes else []
         bounds = self.scene.bounds(len(legend))

@@ -9,6 +9,7 @@ from rerun.chunk import Chunk
 
 from netsim.replay import style
 from netsim.replay.flights import NO_FLIGHTS, Air, Flights, Rows
+from netsim.replay.legend import Met
 from netsim.replay.scene import Scene, static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, entity, timed
@@ -53,10 +54,12 @@ class FrameTrack:
         self._styled: set[int] = set()
         self._good_links = _good_links(setting.scene)
         self._interference: set[int] = set()
+        self._has_strobes = False
 
-    def interference(self) -> list[str]:
-        """To what kinds of interference frames were lost that have been shown."""
-        return [str(_REASONS[code]) for code in _INTERFERENCE if code in self._interference]
+    def met(self) -> Met:
+        """What has been met of what the legend tells apart."""
+        interference = [str(_REASONS[code]) for code in _INTERFERENCE if code in self._interference]
+        return Met(self._setting.kinds.names, interference, self._has_strobes)
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """Arrows of all ticks that no later frame can touch, taking none to be longer than those seen so far."""
@@ -96,9 +99,11 @@ class FrameTrack:
         """The layer of each flight; -1 for kinds that are not wanted."""
         codes, words = batch.words("kind")
         kind = self._setting.kinds.numbers(words)[codes]
-        is_ack = batch.numbers("is_ack")[frame] != 0
-        lost = np.where(is_ack, _LOST_ACKS, np.where(np.isin(outcome, _INTERFERENCE), _INTERFERED, _LOST))
-        arrived = np.where(is_ack, _ACKS, _FIRST_KIND + kind[frame])
+        strobes = batch.flags("is_strobe")
+        self._has_strobes |= bool(strobes.any())
+        carries_nothing = (batch.flags("is_ack") | strobes)[frame]
+        lost = np.where(carries_nothing, _LOST_ACKS, np.where(np.isin(outcome, _INTERFERENCE), _INTERFERED, _LOST))
+        arrived = np.where(carries_nothing, _ACKS, _FIRST_KIND + kind[frame])
         layer = np.where(outcome == OUTCOME_CODE["received"], arrived, lost)
         return np.where(kind[frame] >= 0, layer, -1)
 

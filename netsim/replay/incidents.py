@@ -88,7 +88,8 @@ class RouteLines:
         return "DEBUG"
 
     def _text(self, node: int, next_hop: int, routes: Sequence[tuple[int, float]]) -> str:
-        to = crowd([self._label(destination) for destination, _ in routes])
+        # A tree's node that never had a root knows of none to name.
+        to = crowd([self._label(node) if node != BROADCAST else "a sink" for node, _ in routes])
         if next_hop == BROADCAST:
             return f"{self._label(node)}: no route to {to} any more"
         cost = f" (cost {routes[0][1]:.4g})" if len(routes) == 1 else ""

@@ -47,26 +47,42 @@ class Mark:
     cross: style.Rgba | None = None
 
 
-def marks(scene: Scene, kinds: Sequence[str], interference: Sequence[str], present: Collection[str]) -> list[Mark]:
+@dataclass(frozen=True)
+class Met:
+    """What frames there were.
+
+    Attributes:
+        kinds: Message kinds in the order of their colours.
+        interference: How frames were lost to other signals.
+        strobes: Whether there were wake-up frames of low-power listening.
+    """
+
+    kinds: Sequence[str]
+    interference: Sequence[str]
+    strobes: bool
+
+
+def marks(scene: Scene, frames: Met, present: Collection[str]) -> list[Mark]:
     """What a map shows: first the arrows, then what they fly over.
 
     Args:
         scene: The still parts.
-        kinds: Message kinds in the order of their colours.
-        interference: How frames were lost to other signals.
+        frames: What frames there were.
         present: Entities on the map that have data.
     """
-    return [*_arrow_marks(kinds, interference, present), *_node_marks(scene, present), *_other_marks(scene, present)]
+    return [*_arrow_marks(frames, present), *_node_marks(scene, present), *_other_marks(scene, present)]
 
 
-def _arrow_marks(kinds: Sequence[str], interference: Sequence[str], present: Collection[str]) -> Iterator[Mark]:
-    for number, kind in enumerate(kinds):
+def _arrow_marks(frames: Met, present: Collection[str]) -> Iterator[Mark]:
+    for number, kind in enumerate(frames.kinds):
         yield Mark(kind, arrow=(style.kind_colour(number), style.KIND_WIDTH))
     if "/map/acks" in present:
-        yield Mark("acknowledgement", arrow=(style.ACKNOWLEDGEMENT, style.ACK_WIDTH))
+        yield Mark(
+            "acknowledgement" + (", wake-up" if frames.strobes else ""), arrow=(style.ACKNOWLEDGEMENT, style.ACK_WIDTH)
+        )
     if "/map/losses" in present:
         yield Mark("lost", arrow=(style.LOST, style.LOST_WIDTH))
-        yield Mark(", ".join(interference) or "collided", arrow=(style.COLLIDED, style.COLLIDED_WIDTH))
+        yield Mark(", ".join(frames.interference) or "collided", arrow=(style.COLLIDED, style.COLLIDED_WIDTH))
 
 
 def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:

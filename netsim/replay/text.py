@@ -137,12 +137,12 @@ def _chunks(time_ns: NDArray[np.int64], texts: Sequence[str], levels: Sequence[s
 
 
 def _losses(batch: Batch) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Message and outcome of the frames that did not arrive where they were sent to; acknowledgements are none of them."""
+    """Message and outcome of the frames with data that did not arrive where they were sent to."""
     listener, lengths = batch.rows("rx_node")
     frame = np.repeat(np.arange(len(lengths)), lengths)
     outcome = batch.rows("rx_outcome")[0]
     mine = (listener == batch.numbers("destination")[frame]) & (outcome != OUTCOME_CODE["received"])
-    mine &= batch.numbers("is_ack")[frame] == 0
+    mine &= ~(batch.flags("is_ack") | batch.flags("is_strobe"))[frame]
     return batch.numbers("message_id")[frame[mine]].astype(np.int64), outcome[mine].astype(np.int64)
 
 
