@@ -61,14 +61,14 @@ class Traffic:
             "frames_data": self._frames["data"],
             "frames_retry": self._frames["retry"],
             "frames_ack": self._frames["ack"],
-            "frames_unicast_data": self._addressed,
-            "frame_reception_ratio_unicast": received / self._addressed if self._addressed else None,
-            "frames_lost_by_reason": dict(sorted(self._lost.items())),
             "frames_by_kind": dict(sorted(self._air.items())),
             "frame_byte": sum(self._air_byte.values()),
             "frame_by_kind_byte": dict(sorted(self._air_byte.items())),
             "airtime_s": sum(self._airtime_ns.values()) / NS_PER_S,
             "airtime_by_kind_s": {kind: time / NS_PER_S for kind, time in sorted(self._airtime_ns.items())},
+            "frames_unicast_data": self._addressed,
+            "frame_reception_ratio_unicast": received / self._addressed if self._addressed else None,
+            "frames_lost_by_reason": dict(sorted(self._lost.items())),
         }
 
     def _on_sent(self, event: MessageSent, _: int) -> None:
