@@ -35,6 +35,7 @@ _COLOURS = {
     _LOST_ACKS: style.LOST,
     _ACKS: style.ACKNOWLEDGEMENT,
 }
+_MANY_LISTENERS = 0.4  # width of the arrows of one broadcast where they are many
 _EXPLAINED = (_LOST, _INTERFERED)
 _CROWDED = 0.5
 _MOST_REASONS = 8  # of more losses at once the reasons are seen by pointing only
@@ -103,7 +104,8 @@ class FrameTrack:
         self._has_strobes |= bool(strobes.any())
         carries_nothing = (batch.flags("is_ack") | strobes)[frame]
         lost = np.where(carries_nothing, _LOST_ACKS, np.where(np.isin(outcome, _INTERFERENCE), _INTERFERED, _LOST))
-        arrived = np.where(carries_nothing, _ACKS, _FIRST_KIND + kind[frame])
+        broadcast = batch.numbers("destination")[frame] == BROADCAST
+        arrived = np.where(carries_nothing, _ACKS, _FIRST_KIND + 2 * kind[frame] + broadcast)
         layer = np.where(outcome == OUTCOME_CODE["received"], arrived, lost)
         return np.where(kind[frame] >= 0, layer, -1)
 
@@ -143,15 +145,19 @@ class FrameTrack:
     def _entity(self, layer: int) -> str:
         if layer < _FIRST_KIND:
             return _FIXED_LAYERS[layer]
-        return entity("map", "messages", self._setting.kinds.names[layer - _FIRST_KIND])
+        kind, is_broadcast = divmod(layer - _FIRST_KIND, 2)
+        path = entity("map", "messages", self._setting.kinds.names[kind])
+        return f"{path}/broadcast" if is_broadcast else path
 
     def _style(self, layer: int) -> rr.Arrows2D:
-        colour = _COLOURS.get(layer) or self._setting.kinds.colour(layer - _FIRST_KIND)
+        kind, is_broadcast = divmod(layer - _FIRST_KIND, 2)
         order = "messages" if layer >= _FIRST_KIND else "acks" if layer in (_ACKS, _LOST_ACKS) else "losses"
+        below = layer >= _FIRST_KIND and is_broadcast
+        width = _WIDTHS.get(layer, style.KIND_WIDTH) * (1.0 if self._setting.scene.roomy else _CROWDED)
         return rr.Arrows2D.from_fields(
-            colors=[colour],
-            radii=[_WIDTHS.get(layer, style.KIND_WIDTH) * (1.0 if self._setting.scene.roomy else _CROWDED)],
-            draw_order=style.ORDER[order],
+            colors=[_COLOURS.get(layer) or self._setting.kinds.colour(kind)],
+            radii=[width * (_MANY_LISTENERS if below and self._setting.scene.crowded else 1.0)],
+            draw_order=style.ORDER[order] - (1.0 if below else 0.0),
             show_labels=False,
         )
 

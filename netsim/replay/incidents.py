@@ -1,5 +1,6 @@
 """Lines of the log about what befalls the nodes: faults, energy allowances, changes of routes."""
 
+import math
 from collections.abc import Callable, Sequence
 from itertools import groupby
 
@@ -15,7 +16,7 @@ Label = Callable[[int], str]
 
 _NAMED = 3  # of more nodes that do the same at the same instant only the number is told
 _FAULT_LEVELS = {"ends": "INFO"}
-_BUDGET_LEVELS = {"replenished": "INFO"}
+_BUDGET_LEVELS = {"replenished": "INFO", "ended": "DEBUG"}
 
 
 def crowd(nodes: Sequence[str]) -> str:
@@ -42,18 +43,22 @@ def fault_lines(batch: Batch, label: Label) -> Lines:
 
 
 def budget_lines(batch: Batch, label: Label) -> Lines:
-    """Allowances that run short, are replenished, or have something refused."""
+    """Allowances that run short, are replenished, or have something refused; tasks that end."""
     parts = zip(
         batch.numbers("node").tolist(), batch.texts("event"), batch.texts("task"), batch.texts("action"),
         batch.numbers("spent_j").tolist(), batch.numbers("allowance_j").tolist(),
         strict=True,
     )  # fmt: skip
-    texts = [
-        f"{label(node)}: energy allowance{f' of {task}' if task else ''} {_budget_event(event, action)}"
-        f" ({spent_j:.4g} of {allowance_j:.4g} J spent)"
-        for node, event, task, action, spent_j, allowance_j in parts
-    ]
+    texts = [f"{label(node)}: {_budget_text(*told)}" for node, *told in parts]
     return batch.time_ns, texts, [_BUDGET_LEVELS.get(event, "WARN") for event in batch.texts("event")]
+
+
+def _budget_text(event: str, task: str, action: str, spent_j: float, allowance_j: float) -> str:
+    if event == "ended":
+        return f"task {task} took {spent_j:.4g} J"
+    limit = f" of {allowance_j:.4g}" if math.isfinite(allowance_j) else ""
+    whose = f" of {task}" if task else ""
+    return f"energy allowance{whose} {_budget_event(event, action)} ({spent_j:.4g}{limit} J spent)"
 
 
 def _budget_event(event: str, action: str) -> str:

@@ -14,8 +14,7 @@ from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
 from netsim.trace.events import LinkTable, NodeLife
 
-_CALM_LINKS = 8  # links a node beyond which a map is a cloud of lines
-_BEST_LINKS = 4  # links a node that are drawn then
+_BEST_LINKS = 4  # links a node that are drawn where they crowd
 _MOST_ROWS = 100  # the lines are drawn anew at no more instants than this
 
 
@@ -73,7 +72,7 @@ def _lines(scene: Scene) -> tuple[NDArray[np.int64], style.Colours]:
     if scene.links is None or not len(scene.links.source):
         return np.empty((0, 2), np.int64), np.empty((0, 4), np.uint8)
     pairs, prr, gain_db = _pairs(scene, scene.links)
-    if 2 * len(pairs) > _CALM_LINKS * len(scene.place):
+    if scene.crowded:
         best = _best(scene, pairs, gain_db)
         pairs, prr = pairs[best], prr[best]
     return pairs, style.prr_colours(prr)

@@ -27,6 +27,7 @@ _LEGEND_ROW = 0.07  # of the map's extent, as is the size of a mark
 _LEGEND_MARK = 0.013
 _LEGEND_SHARE = 1.15  # height of a map with a legend to one without, about
 _LEGEND_WIDTH = 0.94
+_CALM_LINKS = 8  # links a node
 LABEL_DROP = 1.4  # radii that a label hangs below its node
 _LABEL_HEIGHT = 0.03
 
@@ -73,6 +74,11 @@ class Scene:
     def roomy(self) -> bool:
         """Whether there is room for labels; otherwise they are seen by pointing."""
         return len(self.place) <= _LABELLED_NODES
+
+    @property
+    def crowded(self) -> bool:
+        """Whether nodes have so many links that drawing them all gives a cloud of lines."""
+        return self.links is not None and len(self.links.source) > _CALM_LINKS * len(self.place)
 
     def rows(self, nodes: NDArray[np.integer]) -> NDArray[np.int64]:
         """Rows of node ids; -1 for unknown ids such as `BROADCAST`."""

@@ -92,7 +92,8 @@ class LogTrack:
             strict=True,
         )
         texts = [
-            f"{node}: gave up {kind} #{number}{'' if source == node else f' from {source}'} to {destination}: "
+            f"{node}: gave up {kind}{f' #{number}' if number else ''}"
+            + f"{'' if source == node else f' from {source}'} to {destination}: "
             + reason.replace("_", " ")
             + (_last_frame(outcome_of.get(number)) if reason == "no_ack" else "")
             for node, kind, number, source, destination, reason in parts

@@ -57,7 +57,7 @@ def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
     rows = recording(tmp_path / "three.mcap", tmp_path, hold_s=0.15, tick_s=0.05)
     # Radius 10 m / 8; arrows run from 1.3 radii off the sender to 1.3 radii off the receiver, 0.3 radii to the right.
     gap, aside, shaft = 1.625, 0.375, 6.75
-    hello = rows["/map/messages/hello"]
+    hello = rows["/map/messages/hello/broadcast"]
     for (instant, vectors), reach in zip(sorted(timed(hello, "Arrows2D:vectors").items()), (1, 2, 3, 0), strict=True):
         assert instant == (50 + 50 * (reach or 4)) * MS
         expected = [[shaft * reach / 3, 0], [0, -shaft * reach / 3]] if reach else []
@@ -81,7 +81,13 @@ def test_every_part_of_a_run_is_there(whole: Table) -> None:
     expected = {"/map/field", "/map/links", "/map/nodes", "/map/nodes/rims", "/map/nodes/labels", "/map/dead"}
     expected |= {"/map/model/edges", "/map/model/variables", "/map/targets", "/map/estimates/0", "/map/losses/acks"}
     expected |= {f"/map/legend/{part}" for part in ("labels", "arrows", "lines", "discs")}
-    expected |= {"/map/messages/observations", "/map/messages/belief", "/map/acks", "/map/losses/lost", "/log/info"}
+    expected |= {
+        "/map/messages/observations/broadcast",
+        "/map/messages/belief",
+        "/map/acks",
+        "/map/losses/lost",
+        "/log/info",
+    }
     expected |= {
         "/map/losses/lost/reasons",
         "/plots/messages/belief",
@@ -137,7 +143,7 @@ def test_messages_a_second_add_up(whole: Table, grid: Path) -> None:
 
 def test_kinds_nodes_and_window_select(grid: Path, tmp_path: Path) -> None:
     rows = recording(grid, tmp_path, kinds=frozenset({"belief"}), nodes=frozenset({6}), start_s=5.0, end_s=7.0)
-    assert "/map/messages/observations" not in rows
+    assert "/map/messages/observations/broadcast" not in rows
     assert {path for path in rows if path.startswith(("/radio", "/plots/energy/"))} == {
         "/radio/n06",
         "/plots/energy/n06",

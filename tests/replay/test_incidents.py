@@ -1,5 +1,6 @@
 """What befalls the nodes: crashes, faults, ways, clocks and interference, as the replay shows and tells them."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -31,9 +32,11 @@ from netsim.replay.scene import load_scene
 from netsim.trace.events import (
     BROADCAST,
     OUTCOME_CODE,
+    EnergyBudget,
     Event,
     Frame,
     LinkTable,
+    MessageDropped,
     NodeClocks,
     NodeLife,
     NodePositions,
@@ -104,6 +107,19 @@ def test_routes_that_change_alike_share_a_line(tmp_path: Path) -> None:
     changes = [RouteChange(0, number, 1, 1.0) for number in (1, 2, 3, 4)] + [RouteChange(0, BROADCAST, BROADCAST, 0.0)]
     lines = log_of(recording(written(tmp_path / "x.mcap", [(MS, change) for change in changes], "abcde"), tmp_path))
     assert {text for *_, text in lines} == {"a: route to 4 nodes by b", "a: no route to a sink any more"}
+
+
+def test_tasks_without_a_limit_and_drops_of_no_message_are_told_without_one(tmp_path: Path) -> None:
+    events: list[tuple[int, Event]] = [
+        (MS, EnergyBudget(0, "ended", "track", 0.25, math.inf, "")),
+        (2 * MS, MessageDropped(0, 1, BROADCAST, 1, "beacon", "channel_busy")),
+        (3 * MS, MessageDropped(7, 1, 2, 0, "x", "hop_limit")),
+    ]
+    assert log_of(recording(written(tmp_path / "x.mcap", events), tmp_path)) == [
+        (MS, "DEBUG", "a: task track took 0.25 J"),
+        (2 * MS, "WARN", "b: gave up beacon to all: channel busy"),
+        (3 * MS, "WARN", "a: gave up x #7 from b to c: hop limit"),
+    ]
 
 
 def test_the_dead_stay_dark_and_the_crashed_come_back(rows: Table) -> None:
