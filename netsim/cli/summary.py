@@ -20,7 +20,8 @@ def summary_table(result: Result, loaded: LoadedScenario) -> Table:
     table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", show_header=False)
     table.add_column("what")
     table.add_column("figure", justify="right")
-    for section in (_answer(result.metrics), _messages(result.metrics), _energy(result.metrics), _time(result)):
+    figures = result.metrics
+    for section in (_answer(figures), _messages(figures), _energy(figures), _incidents(figures), _time(result)):
         rows = list(section)
         for row in rows:
             table.add_row(*row)
@@ -63,6 +64,11 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "  packets given up", _counts(figures["drops_by_reason"])
     kinds = {"data": figures["frames_data"], "retry": figures["frames_retry"], "ack": figures["frames_ack"]}
     yield "frames", _counted(figures["frames"], kinds)
+    if figures["frames_unicast_data"]:
+        yield "  unicast data frames received", _percent(figures["frame_reception_ratio_unicast"])
+    if figures["frames_lost_by_reason"]:
+        most_first = sorted(figures["frames_lost_by_reason"].items(), key=lambda item: -item[1])
+        yield "  lost, at the addressee", _counts(dict(most_first))
     yield "bytes in frames (PSDU)", f"{figures['frame_byte']:,}"
     yield "airtime", _seconds(figures["airtime_s"])
 
@@ -77,8 +83,30 @@ def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "  everything else", f"{rest:.4g} J"
     if figures["energy_most_node"] is not None:
         yield "  most by a node", f"{figures['energy_most_j']:.4g} J ({figures['energy_most_node']})"
+    if figures.get("energy_harvested_j"):
+        spilled_j = figures.get("energy_spilled_j", 0.0)
+        rest = f" ({spilled_j:.4g} J of it found the battery full)" if spilled_j else ""
+        yield "energy harvested", f"{figures['energy_harvested_j']:.4g} J{rest}"
+
+
+def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
+    """What befell the nodes; nothing of a quiet run."""
     if figures["deaths"]:
         yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {_seconds(figures['first_death_s'])})"
+    if figures.get("crashes"):
+        yield "crashes", f"{figures['crashes']} ({figures.get('reboots', 0)} came back)"
+    if figures.get("energy_allowance_short"):
+        nodes = figures["energy_allowance_short_nodes"]
+        times = figures["energy_allowance_short"]
+        yield (
+            "energy allowance used up",
+            f"{times} time{'' if times == 1 else 's'}, on {nodes} of {figures['nodes']} nodes",
+        )
+    if figures.get("energy_refused"):
+        yield "  refused for want of it", _counts(figures["energy_refused"])
+    if "clock_error_max_s" in figures:
+        largest, usual = _seconds(figures["clock_error_max_s"]), _seconds(figures["clock_error_rms_s"])
+        yield "clock error, largest", f"{largest} (root mean square {usual})"
 
 
 def _time(result: Result) -> Iterator[Row]:

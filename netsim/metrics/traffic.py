@@ -4,9 +4,12 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from netsim.trace.events import BROADCAST, Frame, MessageDelivered, MessageDropped, MessageSent
+from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame, MessageDelivered, MessageDropped, MessageSent
 from netsim.trace.recorder import Handler
 from netsim.units import NS_PER_S
+
+_RECEIVED = OUTCOME_CODE["received"]
+_OUT_OF_REACH = "out_of_reach"  # so weak at the addressee that the medium did not decide about it at all
 
 
 class Traffic:
@@ -26,6 +29,8 @@ class Traffic:
         self._air_byte: defaultdict[str, int] = defaultdict(int)
         self._airtime_ns: defaultdict[str, int] = defaultdict(int)
         self._broadcasts: set[int] = set()
+        self._addressed = 0
+        self._lost: defaultdict[str, int] = defaultdict(int)
 
     def handlers(self) -> Mapping[type[Any], Handler]:
         """See `Observer.handlers`."""
@@ -40,6 +45,7 @@ class Traffic:
         """The metrics; units in the keys."""
         delivered = sum(self._delivered.values())
         frames = sum(self._frames.values())
+        received = self._addressed - sum(self._lost.values())
         return {
             "radio_messages": sum(self._sent.values()),
             "radio_messages_by_kind": dict(sorted(self._sent.items())),
@@ -61,6 +67,9 @@ class Traffic:
             "frame_by_kind_byte": dict(sorted(self._air_byte.items())),
             "airtime_s": sum(self._airtime_ns.values()) / NS_PER_S,
             "airtime_by_kind_s": {kind: time / NS_PER_S for kind, time in sorted(self._airtime_ns.items())},
+            "frames_unicast_data": self._addressed,
+            "frame_reception_ratio_unicast": received / self._addressed if self._addressed else None,
+            "frames_lost_by_reason": dict(sorted(self._lost.items())),
         }
 
     def _on_sent(self, event: MessageSent, _: int) -> None:
@@ -81,10 +90,23 @@ class Traffic:
         self._dropped[event.reason] += 1
 
     def _on_frame(self, event: Frame, _: int) -> None:
-        self._frames[_role(event)] += 1
+        role = _role(event)
+        self._frames[role] += 1
         self._air[event.kind] += 1
         self._air_byte[event.kind] += event.size_byte
         self._airtime_ns[event.kind] += event.t_end_ns - event.t_start_ns
+        if event.destination != BROADCAST and role in ("data", "retry"):
+            self._on_addressed(event)
+
+    def _on_addressed(self, frame: Frame) -> None:
+        """What became of a data frame at the node it was sent to; all levels of detail tell that."""
+        self._addressed += 1
+        for node, outcome in zip(frame.rx_node, frame.rx_outcome, strict=True):
+            if node == frame.destination:
+                if outcome != _RECEIVED:
+                    self._lost[OUTCOMES[outcome]] += 1
+                return
+        self._lost[_OUT_OF_REACH] += 1
 
 
 def _role(frame: Frame) -> str:

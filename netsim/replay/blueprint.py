@@ -31,12 +31,14 @@ class Contents:
     Attributes:
         present: First three parts of the entity paths that have data, such as `/plots/messages` or `/log`.
         energy: How to show the energy.
+        clocks: Title of the curves of the clocks' errors.
         lanes: Entities of the radio time line, the most important first.
         bounds: Ranges of x and y of the map.
     """
 
     present: Collection[str]
     energy: EnergyPlot
+    clocks: str
     lanes: Sequence[str]
     bounds: Ranges
 
@@ -88,6 +90,7 @@ def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
         ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),
         ("/plots/senders", "Senders per round", rrb.Corner2D.RightTop, True),
         ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
+        ("/plots/clock", contents.clocks, rrb.Corner2D.LeftTop, True),
     )
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.absolute(seconds=pace.start_ns / NS_PER_S),
@@ -124,7 +127,7 @@ def _lanes(contents: str | list[str], name: str) -> rrb.StateTimelineView:
 
 
 def _log(present: Collection[str]) -> rrb.TextLogView | None:
-    if "/log" not in present:
+    if not any(path.startswith("/log/") for path in present):
         return None
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     return rrb.TextLogView(origin="/log", name="Log", columns=columns)

@@ -8,15 +8,19 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from netsim.replay.blueprint import Contents, make_blueprint
+from netsim.replay.clocks import ClockTrack
 from netsim.replay.energy import EnergyTrack
+from netsim.replay.faults import FaultTrack
 from netsim.replay.frames import FrameTrack
 from netsim.replay.lanes import LaneTrack
 from netsim.replay.legend import legend_chunks, marks, rows_of
 from netsim.replay.links import LinkTrack
-from netsim.replay.marks import DeathTrack, EstimateTrack, NodeColourTrack, TargetTrack
+from netsim.replay.lives import DownTrack
+from netsim.replay.marks import EstimateTrack, NodeColourTrack, TargetTrack
+from netsim.replay.nodes import node_chunks
 from netsim.replay.options import Pace, ReplayOptions, decide
 from netsim.replay.plots import AccuracyTrack, RateTrack, RoundTrack
-from netsim.replay.scene import Scene, load_scene, scene_chunks
+from netsim.replay.scene import Scene, field_chunks, load_scene
 from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
 from netsim.replay.track import Kinds, Setting, Track
@@ -40,17 +44,21 @@ class Conversion:
         drained = _drained(trace, self.scene, last_ns)
         self._setting = _setting(self.scene, self.pace, options, drained)
         self._energy = EnergyTrack(self._setting)
+        self._frames = FrameTrack(self._setting)
+        self._clocks = ClockTrack(self._setting)
         self._lanes = LaneTrack(self._setting) if self._setting.shown.sum() <= options.detail_nodes else None
-        self._tracks = [*_tracks(self._setting), self._energy, *([self._lanes] if self._lanes else [])]
+        own: list[Track] = [self._frames, *_tracks(self._setting), self._energy, self._clocks]
+        self._tracks = [*own, *([self._lanes] if self._lanes else [])]
         self._present: set[str] = set()
 
     def run(self, recording: rr.RecordingStream) -> None:
         """Send everything, legend and layout last, when it is known what there is to show."""
         rr.send_chunks(self._noted(), recording=recording)
-        legend = rows_of(marks(self.scene, self._setting.kinds.names, self._present))
+        legend = rows_of(marks(self.scene, self._frames.met(), self._present))
         rr.send_chunks(legend_chunks(self.scene, legend), recording=recording)
         lanes = self._lanes.busiest() if self._lanes else []
-        contents = Contents(self._present, self._energy.plot(), lanes, self.scene.bounds(len(legend)))
+        bounds = self.scene.bounds(len(legend))
+        contents = Contents(self._present, self._energy.plot(), self._clocks.name, lanes, bounds)
         recording.send_blueprint(make_blueprint(contents, self.pace))
 
     def _noted(self) -> Iterator[Chunk]:
@@ -59,7 +67,8 @@ class Conversion:
             yield chunk
 
     def _chunks(self) -> Iterator[Chunk]:
-        yield from scene_chunks(self.scene)
+        yield from field_chunks(self.scene)
+        yield from node_chunks(self.scene, self.pace)
         window_ns, lead_ns = self.pace.start_ns, max(0, self.pace.start_ns - self.pace.hold_ns - _LEAD_NS)
         past = {topic for track in self._tracks if track.past for topic in track.topics} - {Frame.topic}
         if lead_ns:
@@ -124,5 +133,5 @@ def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) ->
 
 
 def _tracks(setting: Setting) -> list[Track]:
-    tracks: list[Track] = [make(setting) for make in (LinkTrack, FrameTrack, RateTrack, NodeColourTrack, DeathTrack)]
+    tracks: list[Track] = [make(setting) for make in (LinkTrack, RateTrack, NodeColourTrack, DownTrack, FaultTrack)]
     return tracks + [make(setting) for make in (TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]

@@ -1,4 +1,4 @@
-"""The radio time line: what every node's radio does, from frames and from the radios' own announcements."""
+"""The radio time line: what every node's radio does, from frames, the radios' own announcements, and crashes."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -12,23 +12,35 @@ from netsim.replay import style
 from netsim.replay.scene import static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, entity, timed
-from netsim.trace.events import OUTCOME_CODE, RADIO_STATES, Frame, RadioState
+from netsim.trace.events import OUTCOME_CODE, OUTCOMES, RADIO_STATES, Frame, NodeLife, RadioState
 
-_STATES = (*RADIO_STATES, "collided")
+_FAILED_RECEPTIONS = ("collided", "captured", "jammed", "outage", "corrupted")
+_STATES = (*RADIO_STATES, *_FAILED_RECEPTIONS, "crashed")
 _CODE = {name: code for code, name in enumerate(_STATES)}
 _NAMES = np.array(_STATES)
-_LOCKING = [OUTCOME_CODE[name] for name in ("received", "overheard", "collided")]
+# State of a listener while it takes in a frame of each outcome; -1 where its radio did not.
+_STATE_OF_OUTCOME = np.full(len(OUTCOMES), -1)
+for _name in ("received", "overheard"):
+    _STATE_OF_OUTCOME[OUTCOME_CODE[_name]] = _CODE["receive"]
+for _name in _FAILED_RECEPTIONS:
+    _STATE_OF_OUTCOME[OUTCOME_CODE[_name]] = _CODE[_name]
+_LIFE_STATES = {"rebooted": _CODE["listen"], "crashed": _CODE["crashed"]}
+
+_States = tuple[NDArray[np.integer], NDArray[np.int64], NDArray[np.int64]]
+"""Node, instant and state as columns."""
 
 
 class LaneTrack:
     """One lane a node: transmit and receive from the frames, sleep and death as announced."""
 
-    topics = (Frame.topic, RadioState.topic)
+    topics = (Frame.topic, RadioState.topic, NodeLife.topic)
     past = True
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
-        self._announced: list[Batch] = []
+        self._announced: list[_States] = []
+        self._lives: list[tuple[int, int, int]] = []
+        self._left = _Left()
         self._begun = False
         self._transmissions = np.zeros(len(setting.scene.place), np.int64)
 
@@ -44,16 +56,26 @@ class LaneTrack:
             self._begun = True
             yield from self._beginning()
         if batch.topic == RadioState.topic:
-            self._announced.append(batch)
+            self._announced.append((batch.numbers("node"), batch.time_ns, batch.numbers("state").astype(np.int64)))
+        elif batch.topic == NodeLife.topic:
+            parts = zip(batch.numbers("node").tolist(), batch.time_ns.tolist(), batch.texts("event"), strict=True)
+            self._lives += [(node, at_ns, _LIFE_STATES[event]) for node, at_ns, event in parts if event in _LIFE_STATES]
         else:
             row = self._setting.scene.rows(batch.numbers("source")[batch.time_ns >= self._setting.pace.start_ns])
             self._transmissions += np.bincount(row[row >= 0], minlength=len(self._transmissions))
-            yield from self._lanes(*_frame_states(batch))
+            states = _frame_states(batch)
+            self._left.add(*_left_receptions(batch))
+            self._left.follow(states, int(batch.numbers("t_start_ns").min()))
+            yield from self._lanes(*states)
 
     def finish(self) -> Iterator[Chunk]:
-        """The announcements."""
-        for batch in self._announced:
-            yield from self._lanes(batch.numbers("node"), batch.time_ns, batch.numbers("state").astype(np.int64))
+        """The announcements; at one instant those of crashes prevail, and those of reboots yield."""
+        up, down = (
+            [life for life in self._lives if (life[2] == _CODE["crashed"]) == is_crash] for is_crash in (False, True)
+        )
+        announced = _joined([_columns(up), *self._announced, _columns(down)])
+        self._left.follow(announced, 0)
+        yield from self._lanes(*_joined([self._left.ends(), announced]))
 
     def _entity(self, row: int) -> str:
         return entity("radio", self._setting.scene.nodes.name[row])
@@ -88,18 +110,77 @@ class LaneTrack:
         return np.asarray(~(old & followed[: len(old)]))
 
 
-def _frame_states(batch: Batch) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Node, instant and state of every start and end of a transmission or reception; ends come first."""
+class _Left:
+    """Receptions left for a stronger frame, of which nothing is known to have followed before the frame's own end."""
+
+    def __init__(self) -> None:
+        self._open: list[tuple[int, int, int]] = []  # node, start, end
+        self._over: list[tuple[int, int, int]] = []
+
+    def add(self, node: NDArray[np.integer], begin_ns: NDArray[np.int64], end_ns: NDArray[np.int64]) -> None:
+        self._open += zip(node.tolist(), begin_ns.tolist(), end_ns.tolist(), strict=True)
+
+    def follow(self, states: _States, since_ns: int) -> None:
+        """Forget those that these states follow; no state of before `since_ns` is among them."""
+        if since_ns:
+            self._over += [left for left in self._open if left[2] < since_ns]
+            self._open = [left for left in self._open if left[2] >= since_ns]
+        else:
+            self._open, self._over = self._open + self._over, []
+        if self._open:
+            node, time_ns, _ = states
+            order = np.lexsort((time_ns, node))
+            node, time_ns = node[order], time_ns[order]
+            self._open = [left for left in self._open if not _followed(node, time_ns, *left)]
+
+    def ends(self) -> _States:
+        """They end with the frame."""
+        return _columns([(node, end_ns, _CODE["listen"]) for node, _, end_ns in self._open + self._over])
+
+
+def _followed(
+    sorted_node: NDArray[np.integer], time_ns: NDArray[np.int64], node: int, begin_ns: int, end_ns: int
+) -> bool:
+    """Whether the node does something after the begin and up to the end; sorted by node, then by time."""
+    first, last = np.searchsorted(sorted_node, [node, node + 1])
+    times = time_ns[first:last]
+    return bool(np.searchsorted(times, end_ns, "right") > np.searchsorted(times, begin_ns, "right"))
+
+
+def _joined(parts: list[_States]) -> _States:
+    node, time_ns, state = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return node, time_ns, state
+
+
+def _columns(lives: list[tuple[int, int, int]]) -> _States:
+    node, time_ns, state = np.array(lives, np.int64).reshape(-1, 3).T
+    return node, time_ns, state
+
+
+def _frame_states(batch: Batch) -> _States:
+    """Node, instant and state of every start and end of a transmission or reception; ends come first.
+
+    A reception that was left for a stronger frame has no end of its own: the other frame's follows.
+    """
     begin_ns, end_ns = batch.numbers("t_start_ns"), batch.numbers("t_end_ns")
     listener, lengths = batch.rows("rx_node")
-    outcome = batch.rows("rx_outcome")[0]
-    locked = np.isin(outcome, _LOCKING)
+    receiving = _STATE_OF_OUTCOME[batch.rows("rx_outcome")[0]]
+    locked = receiving >= 0
     frame = np.repeat(np.arange(len(lengths)), lengths)[locked]
-    receiving = np.where(outcome[locked] == OUTCOME_CODE["collided"], _CODE["collided"], _CODE["receive"])
     node = np.concatenate([batch.numbers("source"), listener[locked]]).astype(np.int64)
-    state = np.concatenate([np.full(len(begin_ns), _CODE["transmit"]), receiving])
+    state = np.concatenate([np.full(len(begin_ns), _CODE["transmit"]), receiving[locked]])
+    ends_ns = np.concatenate([end_ns, end_ns[frame]])
+    ends = state != _CODE["captured"]
     return (
-        np.concatenate([node, node]),
-        np.concatenate([end_ns, end_ns[frame], begin_ns, begin_ns[frame]]),
-        np.concatenate([np.full(len(node), _CODE["listen"]), state]),
+        np.concatenate([node[ends], node]),
+        np.concatenate([ends_ns[ends], begin_ns, begin_ns[frame]]),
+        np.concatenate([np.full(int(ends.sum()), _CODE["listen"]), state]),
     )
+
+
+def _left_receptions(batch: Batch) -> _States:
+    """Node, start and end of each frame that a listener left for a stronger one."""
+    listener, lengths = batch.rows("rx_node")
+    left = batch.rows("rx_outcome")[0] == OUTCOME_CODE["captured"]
+    frame = np.repeat(np.arange(len(lengths)), lengths)[left]
+    return listener[left], batch.numbers("t_start_ns")[frame], batch.numbers("t_end_ns")[frame]

@@ -20,6 +20,8 @@ _ROW_CHARACTERS = 84  # a row of so many characters fits below the map in a wind
 _GAP_CHARACTERS = 4
 _MARK_DEPTH = 0.22  # depths as fractions of a row
 _LABEL_DEPTH = 0.4
+_CIRCLE = np.column_stack([np.cos(np.linspace(0.0, 2 * np.pi, 33)), np.sin(np.linspace(0.0, 2 * np.pi, 33))])
+_STROKES = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,8 @@ class Mark:
         discs: Step to the right, radius and colour of each disc, in fractions of the size of a mark.
         lines: Colours of short lines, side by side.
         outline: Colour of a hollow diamond.
+        ring: Colour of a circle.
+        cross: Colour of a cross.
     """
 
     label: str
@@ -39,27 +43,46 @@ class Mark:
     discs: Sequence[tuple[float, float, style.Rgba]] = ()
     lines: Sequence[style.Rgba] = ()
     outline: style.Rgba | None = None
+    ring: style.Rgba | None = None
+    cross: style.Rgba | None = None
 
 
-def marks(scene: Scene, kinds: Sequence[str], present: Collection[str]) -> list[Mark]:
+@dataclass(frozen=True)
+class Met:
+    """What frames there were.
+
+    Attributes:
+        kinds: Message kinds in the order of their colours.
+        interference: How frames were lost to other signals.
+        strobes: Whether there were wake-up frames of low-power listening.
+    """
+
+    kinds: Sequence[str]
+    interference: Sequence[str]
+    strobes: bool
+
+
+def marks(scene: Scene, frames: Met, present: Collection[str]) -> list[Mark]:
     """What a map shows: first the arrows, then what they fly over.
 
     Args:
         scene: The still parts.
-        kinds: Message kinds in the order of their colours.
+        frames: What frames there were.
         present: Entities on the map that have data.
     """
-    return [*_arrow_marks(kinds, present), *_node_marks(scene, present), *_other_marks(scene, present)]
+    return [*_arrow_marks(frames, present), *_node_marks(scene, present), *_other_marks(scene, present)]
 
 
-def _arrow_marks(kinds: Sequence[str], present: Collection[str]) -> Iterator[Mark]:
-    for number, kind in enumerate(kinds):
+def _arrow_marks(frames: Met, present: Collection[str]) -> Iterator[Mark]:
+    for number, kind in enumerate(frames.kinds):
         yield Mark(kind, arrow=(style.kind_colour(number), style.KIND_WIDTH))
     if "/map/acks" in present:
-        yield Mark("acknowledgement", arrow=(style.ACKNOWLEDGEMENT, style.ACK_WIDTH))
+        yield Mark(
+            "acknowledgement" + (", wake-up" if frames.strobes else ""), arrow=(style.ACKNOWLEDGEMENT, style.ACK_WIDTH)
+        )
     if "/map/losses" in present:
         yield Mark("lost", arrow=(style.LOST, style.LOST_WIDTH))
-        yield Mark("collided", arrow=(style.COLLIDED, style.COLLIDED_WIDTH))
+        yield Mark(", ".join(frames.interference) or "collided", arrow=(style.COLLIDED, style.COLLIDED_WIDTH))
 
 
 def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
@@ -76,6 +99,14 @@ def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
     if "/map/dead" in present:
         empty = tuple(style.energy_colours(np.array([0.0]))[0].tolist())
         yield Mark("dead", discs=[(0.0, 0.75, empty), (0.0, 0.6, style.DEAD)])
+    if "/map/crashed" in present:
+        colours = style.energy_colours(np.array([0.8])) if battery.any() else style.role_colours(["sensor"])
+        alive: style.Rgba = tuple(colours[0].tolist())
+        yield Mark("crashed", discs=[(0.0, 0.75, alive), (0.0, 0.6, style.DEAD)], cross=style.CRASHED)
+    if "/map/faults" in present:
+        yield Mark("fault at work", ring=style.FAULT)
+    if "/map/jammers" in present:
+        yield Mark("jammer", discs=[(0.0, 0.9, style.JAMMER)])
 
 
 def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
@@ -83,6 +114,8 @@ def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
         yield Mark("target", outline=style.TARGET)
     if "/map/estimates" in present:
         yield Mark("estimate", discs=[(0.0, 0.5, style.ESTIMATE)])
+    if "/map/ways" in present:
+        yield Mark("way of a node", lines=[style.WAY])
     if "/map/model" in present:
         yield Mark("graph variables", lines=[style.MODEL], discs=[(s, 0.25, style.VARIABLE) for s in (-1.6, 1.6)])
     if "/map/links" in present:
@@ -148,20 +181,24 @@ def _arrows(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> 
 
 
 def _lines(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> Iterator[Chunk]:
-    strips: list[NDArray[Any]] = []
-    colours: list[style.Rgba] = []
-    for place, entry in zip(at, entries, strict=True):
-        if entry.outline is not None:
-            strips.append(diamond(place[None], 0.9 * size_m)[0])
-            colours.append(entry.outline)
-        length = 3.2 * size_m / max(1, len(entry.lines))
-        for step, colour in enumerate(entry.lines):
-            left = place[0] - 1.6 * size_m + step * length
-            strips.append(np.array([[left, place[1]], [left + 0.85 * length, place[1]]]))
-            colours.append(colour)
-    if strips:
-        lines = rr.LineStrips2D(strips, colors=colours, radii=[-1.4], draw_order=style.ORDER["legend"])
+    drawn = [line for place, entry in zip(at, entries, strict=True) for line in _lines_of(entry, place, size_m)]
+    if drawn:
+        strips, colours = zip(*drawn, strict=True)
+        lines = rr.LineStrips2D(strips, colors=colours, radii=[-1.4], draw_order=style.ORDER["legend"] + 2)
         yield static("/map/legend/lines", lines)
+
+
+def _lines_of(entry: Mark, place: NDArray[np.float64], size_m: float) -> Iterator[tuple[NDArray[Any], style.Rgba]]:
+    if entry.outline is not None:
+        yield diamond(place[None], 0.9 * size_m)[0], entry.outline
+    if entry.ring is not None:
+        yield place + 0.8 * size_m * _CIRCLE, entry.ring
+    if entry.cross is not None:
+        yield from ((place + 0.45 * size_m * stroke, entry.cross) for stroke in _STROKES)
+    length = 3.2 * size_m / max(1, len(entry.lines))
+    for step, colour in enumerate(entry.lines):
+        left = place[0] - 1.6 * size_m + step * length
+        yield np.array([[left, place[1]], [left + 0.85 * length, place[1]]]), colour
 
 
 def _discs(entries: Sequence[Mark], at: NDArray[np.float64], size_m: float) -> Iterator[Chunk]:

@@ -1,4 +1,4 @@
-"""The radio links: where they crowd only each node's best, and none of a dead node."""
+"""The radio links: where they crowd only each node's best, and none of a node that is down or has moved."""
 
 from collections.abc import Iterator
 
@@ -8,18 +8,21 @@ from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from netsim.replay import style
+from netsim.replay.lives import Change, changes, is_down
 from netsim.replay.scene import Scene, static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
 from netsim.trace.events import LinkTable, NodeLife
 
-_CALM_LINKS = 8  # links a node beyond which a map is a cloud of lines
-_BEST_LINKS = 4  # links a node that are drawn then
+_BEST_LINKS = 4  # links a node that are drawn where they crowd
 _MOST_ROWS = 100  # the lines are drawn anew at no more instants than this
 
 
 class LinkTrack:
-    """The links of the living; drawn anew when a node dies or returns."""
+    """The links of the living; drawn anew when a node dies, crashes or returns.
+
+    What links are like is told at the start, so those of a node that moves are not known any more.
+    """
 
     topics = (NodeLife.topic,)
     past = True
@@ -29,11 +32,11 @@ class LinkTrack:
         self._pace = setting.pace
         self._pairs, self._colours = _lines(setting.scene)
         self._step_ns = max(1, (setting.pace.end_ns - setting.pace.start_ns) // _MOST_ROWS)
-        self._lives: list[tuple[int, int, bool]] = []
+        self._changes: list[Change] = []
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """Keep who dies and returns; the lines are drawn at the end."""
-        self._lives += lives(batch, self._scene)
+        """Keep who goes down and returns; the lines are drawn at the end."""
+        self._changes += changes(batch, self._scene)
         yield from ()
 
     def finish(self) -> Iterator[Chunk]:
@@ -42,30 +45,26 @@ class LinkTrack:
             return
         look = rr.LineStrips2D.from_fields(radii=[-0.5], draw_order=style.ORDER["links"])
         yield static("/map/links", look)
-        changes = self._changes()
-        shown = [np.flatnonzero(alive[self._pairs].all(axis=1)) for _, alive in changes]
+        rows = self._rows()
+        shown = [np.flatnonzero(linked[self._pairs].all(axis=1)) for _, linked in rows]
         which, lengths = np.concatenate(shown), np.array([len(row) for row in shown])
         lines = rr.LineStrips2D.columns(strips=list(self._scene.place[self._pairs[which]]), colors=self._colours[which])
-        yield timed("/map/links", np.array([time_ns for time_ns, _ in changes], np.int64), lines.partition(lengths))
+        yield timed("/map/links", np.array([time_ns for time_ns, _ in rows], np.int64), lines.partition(lengths))
 
-    def _changes(self) -> list[tuple[int, NDArray[np.bool_]]]:
-        """Instants and who is alive from then on; what follows closely is drawn at once."""
-        alive = np.ones(len(self._scene.place), bool)
-        rows = {self._pace.start_ns: alive.copy()}
-        crowded = len(self._lives) > _MOST_ROWS
-        for time_ns, row, died in self._lives:
-            alive[row] = not died
+    def _rows(self) -> list[tuple[int, NDArray[np.bool_]]]:
+        """Instants and whose links are known to work from then on; what follows closely is drawn at once."""
+        up, moved = (np.full(len(self._scene.place), value) for value in (True, False))
+        rows = {self._pace.start_ns: up.copy()}
+        known = [(time_ns, row, "moved") for time_ns, row in self._scene.motion.first_moves()]
+        crowded = len(self._changes) + len(known) > _MOST_ROWS
+        for time_ns, row, event in sorted(self._changes + known):
+            if event == "moved":
+                moved[row] = True
+            else:
+                up[row] = not is_down(event)
             when = -(-time_ns // self._step_ns) * self._step_ns if crowded else time_ns
-            rows[max(when, self._pace.start_ns)] = alive.copy()
-        return sorted(rows.items(), key=lambda change: change[0])
-
-
-def lives(batch: Batch, scene: Scene) -> list[tuple[int, int, bool]]:
-    """Instant, row and whether it died, of each node that dies or starts."""
-    rows = scene.rows(batch.numbers("node")).tolist()
-    times = batch.time_ns.tolist()
-    parts = zip(times, rows, batch.texts("event"), strict=True)
-    return [(time_ns, row, event == "died") for time_ns, row, event in parts if event in ("died", "started")]
+            rows[max(when, self._pace.start_ns)] = up & ~moved
+        return sorted(rows.items(), key=lambda row: row[0])
 
 
 def _lines(scene: Scene) -> tuple[NDArray[np.int64], style.Colours]:
@@ -73,7 +72,7 @@ def _lines(scene: Scene) -> tuple[NDArray[np.int64], style.Colours]:
     if scene.links is None or not len(scene.links.source):
         return np.empty((0, 2), np.int64), np.empty((0, 4), np.uint8)
     pairs, prr, gain_db = _pairs(scene, scene.links)
-    if 2 * len(pairs) > _CALM_LINKS * len(scene.place):
+    if scene.crowded:
         best = _best(scene, pairs, gain_db)
         pairs, prr = pairs[best], prr[best]
     return pairs, style.prr_colours(prr)

@@ -1,4 +1,4 @@
-"""What changes on the map besides messages: the nodes' energy, deaths, targets and estimates."""
+"""What changes on the map besides messages: the nodes' energy, targets and estimates."""
 
 from collections.abc import Iterator
 
@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from netsim.replay import style
-from netsim.replay.links import lives
 from netsim.replay.scene import diamond, static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
-from netsim.trace.events import Estimate, NodeEnergy, NodeLife, TruthTargets
+from netsim.trace.events import Estimate, NodeEnergy, TruthTargets
 
 _CIRCLE = np.linspace(0.0, 2 * np.pi, 41)
 _LABELLED_TARGETS = 6  # more labels than this hide the map; they are then seen by pointing
@@ -62,43 +61,6 @@ def _within_sample(row: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArra
     """A key that sorts the nodes of each sample by their row and keeps the samples apart."""
     sample = np.repeat(np.arange(len(lengths)), lengths)
     return np.asarray(sample * (int(row.max(initial=0)) + 1) + row)
-
-
-class DeathTrack:
-    """Dark discs over the nodes that died."""
-
-    topics = (NodeLife.topic,)
-    past = True
-
-    def __init__(self, setting: Setting) -> None:
-        self._scene = setting.scene
-        self._start_ns = setting.pace.start_ns
-        self._dead: list[int] = []
-
-    def take(self, batch: Batch) -> Iterator[Chunk]:
-        """One row a death or return, of all that are dead."""
-        for time_ns, row, died in lives(batch, self._scene):
-            if died == (row in self._dead):
-                continue
-            self._dead = [*self._dead, row] if died else [other for other in self._dead if other != row]
-            points = rr.Points2D(
-                self._scene.place[self._dead],
-                colors=[style.DEAD],
-                radii=[0.8 * self._scene.radius_m],
-                draw_order=style.ORDER["dead"],
-            )
-            yield timed("/map/dead", np.array([max(time_ns, self._start_ns)]), _one_row(points))
-
-    def finish(self) -> Iterator[Chunk]:
-        """Nothing."""
-        yield from ()
-
-
-def _one_row(archetype: rr.AsComponents) -> list[rr.ComponentColumn]:
-    return [
-        rr.ComponentColumn(batch.component_descriptor(), batch).partition([len(batch.as_arrow_array())])
-        for batch in archetype.as_component_batches()
-    ]
 
 
 class TargetTrack:

@@ -1,4 +1,4 @@
-"""What stands still: nodes, links, field and model, as the trace tells them at time 0.
+"""Who and what takes part: nodes with their positions, links, field and model.
 
 Coordinates on the map are metres with y negated, since 2-D views point y down.
 """
@@ -15,8 +15,10 @@ from scipy.spatial import cKDTree
 
 from netsim.replay import style
 from netsim.replay.check import node_table
-from netsim.trace.events import FieldInfo, LinkTable, NodeTable, VariablePlacement
-from netsim.trace.reader import read_trace
+from netsim.replay.motion import Motion, Moves, no_moves
+from netsim.replay.source import batches
+from netsim.trace.events import FieldInfo, LinkTable, NodePositions, NodeTable, VariablePlacement
+from netsim.trace.reader import last_time_ns, read_trace
 
 _STATIC_TOPICS = {event_type.topic for event_type in (LinkTable, FieldInfo, VariablePlacement)}
 _MARGIN = 0.03
@@ -25,9 +27,9 @@ _LEGEND_ROW = 0.07  # of the map's extent, as is the size of a mark
 _LEGEND_MARK = 0.013
 _LEGEND_SHARE = 1.15  # height of a map with a legend to one without, about
 _LEGEND_WIDTH = 0.94
-_LABEL_DROP = 1.4
+_CALM_LINKS = 8  # links a node
+LABEL_DROP = 1.4  # radii that a label hangs below its node
 _LABEL_HEIGHT = 0.03
-_VARIABLE_OFFSET = 1.5  # radii from the host, so that a variable is seen beside its node
 
 
 @dataclass(frozen=True)
@@ -43,11 +45,11 @@ class LegendBox:
 
 @dataclass(frozen=True)
 class Scene:
-    """The still parts of a trace.
+    """What a trace tells at time 0, and where the nodes are later.
 
     Attributes:
         nodes: The node table.
-        place: Map position of each row of the node table; shape (n, 2).
+        motion: Map positions of the rows of the node table.
         row_of: Row of each node id; -1 for ids that no node has.
         radius_m: Radius of a node on the map.
         links: The link table, if the trace has one.
@@ -56,7 +58,7 @@ class Scene:
     """
 
     nodes: NodeTable
-    place: NDArray[np.float64]
+    motion: Motion
     row_of: NDArray[np.int64]
     radius_m: float
     links: LinkTable | None
@@ -64,14 +66,23 @@ class Scene:
     model: VariablePlacement | None
 
     @property
+    def place(self) -> NDArray[np.float64]:
+        """Map position of each row of the node table at time 0; shape (n, 2)."""
+        return self.motion.start
+
+    @property
     def roomy(self) -> bool:
         """Whether there is room for labels; otherwise they are seen by pointing."""
         return len(self.place) <= _LABELLED_NODES
 
+    @property
+    def crowded(self) -> bool:
+        """Whether nodes have so many links that drawing them all gives a cloud of lines."""
+        return self.links is not None and len(self.links.source) > _CALM_LINKS * len(self.place)
+
     def rows(self, nodes: NDArray[np.integer]) -> NDArray[np.int64]:
         """Rows of node ids; -1 for unknown ids such as `BROADCAST`."""
-        known = nodes < len(self.row_of)
-        return np.where(known, self.row_of[np.where(known, nodes, 0)], -1)
+        return _rows(self.row_of, nodes)
 
     def bounds(self, legend_rows: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """Ranges of x and y that show the whole map and its legend with a margin."""
@@ -87,7 +98,7 @@ class Scene:
         low, high = _outline(self)
         extent = self._extent_m()
         width = max(float(high[0] - low[0]), _LEGEND_WIDTH * extent)
-        lowest = float(self.place[:, 1].max()) + _LABEL_DROP * self.radius_m + _LABEL_HEIGHT * extent
+        lowest = float(self.motion.corners[1][1]) + LABEL_DROP * self.radius_m + _LABEL_HEIGHT * extent
         return LegendBox(
             left_m=float(low[0] + high[0] - width) / 2,
             width_m=width,
@@ -100,6 +111,11 @@ class Scene:
         """The longer side of the map, legend included: what a nearly square view is filled with."""
         low, high = _outline(self)
         return float(max(high[0] - low[0], _LEGEND_SHARE * (high[1] - low[1]))) or 1.0
+
+
+def _rows(row_of: NDArray[np.int64], nodes: NDArray[np.integer]) -> NDArray[np.int64]:
+    known = nodes < len(row_of)
+    return np.where(known, row_of[np.where(known, nodes, 0)], -1)
 
 
 def load_scene(path: Path) -> Scene:
@@ -117,12 +133,29 @@ def load_scene(path: Path) -> Scene:
     links, field, model = found.get(LinkTable), found.get(FieldInfo), found.get(VariablePlacement)
     return Scene(
         nodes,
-        place,
+        Motion(place, _moves(path, row_of)),
         row_of,
         _node_radius_m(place),
         links if isinstance(links, LinkTable) else None,
         field if isinstance(field, FieldInfo) else None,
         model if isinstance(model, VariablePlacement) else None,
+    )
+
+
+def _moves(path: Path, row_of: NDArray[np.int64]) -> Moves:
+    """All announcements of positions, in the order of time."""
+    parts: list[Moves] = []
+    for batch in batches(path, [NodePositions.topic], 0, last_time_ns(path) + 1):
+        node, lengths = batch.rows("node")
+        place = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
+        row = _rows(row_of, node)
+        parts.append(Moves(np.repeat(batch.time_ns, lengths)[row >= 0], row[row >= 0], place[row >= 0]))
+    if not parts:
+        return no_moves()
+    return Moves(
+        np.concatenate([part.time_ns for part in parts]),
+        np.concatenate([part.row for part in parts]),
+        np.concatenate([part.place for part in parts]),
     )
 
 
@@ -136,20 +169,17 @@ def _node_radius_m(place: NDArray[np.float64]) -> float:
 
 
 def _outline(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Opposite corners of the field, or of the nodes' bounding box."""
-    low, high = scene.place.min(axis=0), scene.place.max(axis=0)
-    field = scene.field
-    if field is None:
+    """Opposite corners of what holds the field and every position of a node."""
+    low, high = scene.motion.corners
+    if scene.field is None:
         return low, high
-    corner = np.array([field.x_m, -(field.y_m + field.height_m)])
-    return np.minimum(low, corner), np.maximum(high, corner + np.array([field.width_m, field.height_m]))
+    corner, size = _corner_and_size(scene.field)
+    return np.minimum(low, corner), np.maximum(high, corner + size)
 
 
-def scene_chunks(scene: Scene) -> Iterator[Chunk]:
-    """The still parts as static data."""
-    yield from _field_chunks(scene)
-    yield from _model_chunks(scene)
-    yield from _node_chunks(scene)
+def _corner_and_size(field: FieldInfo) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The upper left corner on the map, and the size."""
+    return np.array([field.x_m, -(field.y_m + field.height_m)]), np.array([field.width_m, field.height_m])
 
 
 def diamond(middles: NDArray[np.float64], half_m: float) -> NDArray[np.float32]:
@@ -167,78 +197,12 @@ def static(entity: str, archetype: rr.AsComponents) -> Chunk:
     return Chunk.from_columns(entity, [], columns)
 
 
-def _field_chunks(scene: Scene) -> Iterator[Chunk]:
+def field_chunks(scene: Scene) -> Iterator[Chunk]:
+    """The field as static data."""
     if scene.field is None:
         return
-    low, high = _outline(scene)
+    corner, size = _corner_and_size(scene.field)
     outline = rr.Boxes2D(
-        mins=[low], sizes=[high - low], colors=[style.FIELD], radii=[-1.0], draw_order=style.ORDER["field"]
+        mins=[corner], sizes=[size], colors=[style.FIELD], radii=[-1.0], draw_order=style.ORDER["field"]
     )
     yield static("/map/field", outline)
-
-
-def _model_chunks(scene: Scene) -> Iterator[Chunk]:
-    """Variables around their hosts, and the edges between them."""
-    model = scene.model
-    if model is None or not len(model.variable):
-        return
-    at = _variable_places(scene, model)
-    row = {int(variable): index for index, variable in enumerate(model.variable)}
-    ends = [(row[int(a)], row[int(b)]) for a, b in zip(model.edge_a, model.edge_b, strict=True)]
-    order = style.ORDER["model"]
-    if ends:
-        edges = rr.LineStrips2D(list(at[np.array(ends)]), colors=[style.MODEL], radii=[-0.5], draw_order=order)
-        yield static("/map/model/edges", edges)
-    points = rr.Points2D(
-        at,
-        colors=[style.VARIABLE],
-        radii=[0.2 * scene.radius_m],
-        labels=list(model.name),
-        show_labels=False,
-        draw_order=order + 1,
-    )
-    yield static("/map/model/variables", points)
-
-
-def _variable_places(scene: Scene, model: VariablePlacement) -> NDArray[np.float64]:
-    """Variables of one host stand in a ring around it."""
-    host = scene.rows(np.asarray(model.host))
-    turn = np.zeros(len(host))
-    for node in np.unique(host):
-        mine = np.flatnonzero(host == node)
-        turn[mine] = np.arange(len(mine)) / len(mine)
-    angle = 2 * np.pi * turn + np.pi / 4
-    ring = _VARIABLE_OFFSET * scene.radius_m * np.column_stack([np.cos(angle), -np.sin(angle)])
-    return np.asarray(scene.place[host] + ring)
-
-
-def _node_chunks(scene: Scene) -> Iterator[Chunk]:
-    """Rims, labels and the colours of the start; energy recolours the nodes later."""
-    sinks = np.array([role == "sink" for role in scene.nodes.role])
-    rims = rr.Points2D(
-        scene.place,
-        colors=np.where(sinks[:, None], style.SINK_RIM, style.RIM),
-        radii=np.where(sinks, 1.35, 1.2) * scene.radius_m,
-        draw_order=style.ORDER["rims"],
-    )
-    yield static("/map/nodes/rims", rims)
-    nodes = rr.Points2D.from_fields(
-        positions=scene.place,
-        radii=[scene.radius_m],
-        labels=list(scene.nodes.name),
-        show_labels=False,
-        draw_order=style.ORDER["nodes"],
-    )
-    yield static("/map/nodes", nodes)
-    if not scene.roomy:
-        return
-    # Rerun writes a label across its point, so the visible ones belong to invisibly small points below the nodes.
-    labels = rr.Points2D(
-        scene.place + np.array([0.0, _LABEL_DROP * scene.radius_m]),
-        colors=[style.LABEL],
-        radii=[0.0],
-        labels=[f"{name} (sink)" if sink else name for name, sink in zip(scene.nodes.name, sinks, strict=True)],
-        show_labels=True,
-        draw_order=style.ORDER["nodes"],
-    )
-    yield static("/map/nodes/labels", labels)

@@ -37,6 +37,12 @@ class Batch:
         """A field of numbers, one an event."""
         return np.asarray(self.fields.field(name).to_numpy(zero_copy_only=False))
 
+    def flags(self, name: str) -> NDArray[np.bool_]:
+        """A yes-or-no field; no where the trace, made by another version, has no such field."""
+        if self.fields.type.get_field_index(name) < 0:
+            return np.zeros(len(self.time_ns), bool)
+        return np.asarray(self.numbers(name) != 0)
+
     def texts(self, name: str) -> list[str]:
         """A text field."""
         return list(self.fields.field(name).to_pylist())

@@ -38,6 +38,10 @@ TARGET: Rgba = (255, 205, 170, 255)
 ESTIMATE: Rgba = (255, 70, 220, 255)
 ESTIMATE_DIM: Rgba = (255, 70, 220, 150)
 DEAD: Rgba = (38, 40, 46, 255)
+CRASHED: Rgba = (235, 240, 250, 255)
+WAY: Rgba = (70, 100, 130, 255)
+FAULT: Rgba = (255, 120, 40, 255)
+JAMMER: Rgba = (255, 66, 66, 170)
 RIM: Rgba = (10, 12, 16, 255)
 SINK_RIM: Rgba = (235, 240, 250, 255)
 ROLE_COLOURS: dict[str, Rgba] = {"sink": (90, 170, 255, 255), "sensor": (120, 200, 190, 255)}
@@ -51,6 +55,11 @@ RADIO_COLOURS: dict[str, Rgba] = {
     "sleep": (52, 62, 110, 255),
     "listen": (38, 58, 68, 255),
     "receive": (64, 170, 120, 255),
+    "captured": COLLIDED,
+    "jammed": COLLIDED,
+    "outage": LOST,
+    "corrupted": LOST,
+    "crashed": (96, 66, 30, 255),
     "transmit": (255, 170, 50, 255),
     "switch": (110, 110, 120, 255),
     "collided": COLLIDED,
@@ -61,12 +70,14 @@ RADIO_COLOURS: dict[str, Rgba] = {
 # Higher is nearer to the eye.
 _LAYERS = (
     "field",
+    "ways",
     "links",
     "model",
     "targets",
     "acks",
     "messages",
     "losses",
+    "faults",
     "rims",
     "nodes",
     "dead",

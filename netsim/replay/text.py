@@ -1,6 +1,7 @@
-"""The log: what is given up and why, who starts, ends and dies, roles, decisions, and lines for people."""
+"""The log: what is given up and why, who starts, ends and dies, incidents, roles, decisions, and lines for people."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import groupby
 
 import numpy as np
@@ -8,6 +9,7 @@ import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
+from netsim.replay.incidents import Lines, RouteLines, budget_lines, crowd, fault_lines
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, timed
 from netsim.trace.events import (
@@ -15,35 +17,43 @@ from netsim.trace.events import (
     OUTCOME_CODE,
     OUTCOMES,
     Association,
+    EnergyBudget,
+    Fault,
     Frame,
     Log,
     MessageDropped,
     NodeLife,
     Role,
+    RouteChange,
 )
 
 _LEVELS = ("TRACE", "DEBUG", "INFO", "WARN", "ERROR", "CRITICAL")
-_LIFE_LEVELS = {"failed": "ERROR", "died": "ERROR"}
-_NAMED = 3  # of more nodes that do the same at the same instant only the number is told
-_Lines = tuple[NDArray[np.int64], Sequence[str], Sequence[str]]
+_LIFE_LEVELS = {"failed": "ERROR", "died": "ERROR", "crashed": "ERROR"}
 
 
 class LogTrack:
     """One text log of all that a reader of a log would look for."""
 
-    topics = (Log.topic, MessageDropped.topic, NodeLife.topic, Role.topic, Association.topic, Frame.topic)
     past = False
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """See `Track.topics`."""
+        return (Frame.topic, MessageDropped.topic, *self._lines)
 
     def __init__(self, setting: Setting) -> None:
         self._label = setting.label
         self._decided: dict[int, str] = {}
         self._dropped: list[Batch] = []
         self._losses: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
-        self._lines: dict[str, Callable[[Batch], _Lines]] = {
+        self._lines: dict[str, Callable[[Batch], Lines]] = {
             Log.topic: self._log,
             NodeLife.topic: self._lives,
             Role.topic: self._roles,
             Association.topic: self._decisions,
+            Fault.topic: partial(fault_lines, label=setting.label),
+            EnergyBudget.topic: partial(budget_lines, label=setting.label),
+            RouteChange.topic: RouteLines(setting.label),
         }
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
@@ -67,11 +77,11 @@ class LogTrack:
     def _names(self, batch: Batch, field: str) -> list[str]:
         return [self._label(int(node)) if node != BROADCAST else "all" for node in batch.numbers(field)]
 
-    def _log(self, batch: Batch) -> _Lines:
+    def _log(self, batch: Batch) -> Lines:
         texts = [f"{name}: {text}" for name, text in zip(batch.texts("name"), batch.texts("message"), strict=True)]
         return batch.time_ns, texts, [_LEVELS[min(int(level), len(_LEVELS) - 1)] for level in batch.numbers("level")]
 
-    def _drops(self, batch: Batch, outcome_of: dict[int, int]) -> _Lines:
+    def _drops(self, batch: Batch, outcome_of: dict[int, int]) -> Lines:
         parts = zip(
             self._names(batch, "node"),
             batch.texts("kind"),
@@ -82,29 +92,30 @@ class LogTrack:
             strict=True,
         )
         texts = [
-            f"{node}: gave up {kind} #{number}{'' if source == node else f' from {source}'} to {destination}: "
+            f"{node}: gave up {kind}{f' #{number}' if number else ''}"
+            + f"{'' if source == node else f' from {source}'} to {destination}: "
             + reason.replace("_", " ")
             + (_last_frame(outcome_of.get(number)) if reason == "no_ack" else "")
             for node, kind, number, source, destination, reason in parts
         ]
         return batch.time_ns, texts, ["WARN"] * len(texts)
 
-    def _lives(self, batch: Batch) -> _Lines:
+    def _lives(self, batch: Batch) -> Lines:
         """Nodes that do the same at the same instant share a line."""
         parts = zip(
             batch.time_ns.tolist(), batch.texts("event"), batch.texts("reason"), self._names(batch, "node"), strict=True
         )
         groups = [(key, [node for *_, node in group]) for key, group in groupby(parts, key=lambda part: part[:3])]
-        texts = [f"{_crowd(nodes)} {event}" + (f": {reason}" if reason else "") for (_, event, reason), nodes in groups]
+        texts = [f"{crowd(nodes)} {event}" + (f": {reason}" if reason else "") for (_, event, reason), nodes in groups]
         levels = [_LIFE_LEVELS.get(event, "INFO") for (_, event, _), _ in groups]
         return np.array([time_ns for (time_ns, *_), _ in groups], np.int64), texts, levels
 
-    def _roles(self, batch: Batch) -> _Lines:
+    def _roles(self, batch: Batch) -> Lines:
         parts = zip(self._names(batch, "node"), batch.texts("role"), batch.numbers("holds"), strict=True)
         texts = [f"{node}: {'becomes' if holds else 'is no longer'} {role}" for node, role, holds in parts]
         return batch.time_ns, texts, ["INFO"] * len(texts)
 
-    def _decisions(self, batch: Batch) -> _Lines:
+    def _decisions(self, batch: Batch) -> Lines:
         """Which targets a node's measurements came from, when it thinks otherwise than before."""
         target, lengths = batch.rows("target")
         rows = np.split(target, np.cumsum(lengths)[:-1])
@@ -119,23 +130,22 @@ class LogTrack:
 
 
 def _chunks(time_ns: NDArray[np.int64], texts: Sequence[str], levels: Sequence[str]) -> Iterator[Chunk]:
-    if len(texts):
-        yield timed("/log", time_ns, rr.TextLog.columns(text=list(texts), level=list(levels)))
+    """An entity a level: of an entity with several levels Rerun 0.41 shows wrong ones, such as INFO for a death."""
+    for level in sorted(set(levels)):
+        mine = np.array([number for number, other in enumerate(levels) if other == level])
+        lines = rr.TextLog.columns(text=[texts[number] for number in mine], level=[level] * len(mine))
+        yield timed(f"/log/{level.lower()}", time_ns[mine], lines)
 
 
 def _losses(batch: Batch) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Message and outcome of the frames that did not arrive where they were sent to; acknowledgements are none of them."""
+    """Message and outcome of the frames with data that did not arrive where they were sent to."""
     listener, lengths = batch.rows("rx_node")
     frame = np.repeat(np.arange(len(lengths)), lengths)
     outcome = batch.rows("rx_outcome")[0]
     mine = (listener == batch.numbers("destination")[frame]) & (outcome != OUTCOME_CODE["received"])
-    mine &= batch.numbers("is_ack")[frame] == 0
+    mine &= ~(batch.flags("is_ack") | batch.flags("is_strobe"))[frame]
     return batch.numbers("message_id")[frame[mine]].astype(np.int64), outcome[mine].astype(np.int64)
 
 
 def _last_frame(outcome: int | None) -> str:
     return "" if outcome is None else f" (last loss: {OUTCOMES[outcome].replace('_', ' ')})"
-
-
-def _crowd(nodes: Sequence[str]) -> str:
-    return ", ".join(nodes) if len(nodes) <= _NAMED else f"{len(nodes)} nodes"

@@ -138,10 +138,10 @@ class Scenario:
     fidelity: Fidelity | None = None
     """A rung of the ladder from lossless to real; it overrides `medium.reception` and `mac`, and leaves the rest.
 
-    `ideal`: the links with a packet reception ratio (PRR) of at least a half lose nothing, the others do not exist; frames are
-    sent at once and never meet. `prr`: each link loses frames at its PRR. `sinr`: signals also add up and interfere, and a
-    radio is deaf while it sends. `csma`: nodes listen before they send, acknowledge and retry. `lpl`: and their receivers are
-    off but for short samples. A MAC of the rung's own type keeps its settings. By default `medium` and `mac` say it all.
+    `ideal`: the links with a packet reception ratio (PRR) of at least a half lose nothing, the others do not exist; frames
+    are sent at once and never meet. `prr`: each link loses frames at its PRR. `sinr`: signals also add up and interfere, and
+    a radio is deaf while it sends. `csma`: nodes listen before they send, acknowledge and retry. `lpl`: and their receivers
+    are off but for short samples. A MAC of the rung's own type keeps its settings. By default `medium` and `mac` say it all.
     """
     medium: MediumParameters = IdealMediumParameters()
     """The shared air."""

@@ -54,6 +54,15 @@ def test_metrics_are_a_function_of_the_trace(scenarios: Path, tmp_path: Path) ->
     assert trace_attachment(result.trace, "scenario.yaml") == (tmp_path / "run" / "scenario.yaml").read_bytes()
 
 
+def test_losses_are_the_same_at_every_level_of_detail(scenarios: Path) -> None:
+    levels = {}
+    for level in ("summary", "frames", "full"):
+        loaded = netsim.load(scenarios / "lifetime.yaml", [f"trace.detail={level}", "duration_s=2"])
+        levels[level] = netsim.run(loaded, trace=False).metrics["frames_lost_by_reason"]
+    assert levels["summary"] == levels["frames"] == levels["full"]
+    assert levels["frames"]
+
+
 def test_the_resolved_scenario_gives_the_same_run(scenarios: Path, tmp_path: Path) -> None:
     first = netsim.run(scenarios / "quickstart.yaml", folder=tmp_path / "first")
     second = netsim.run(tmp_path / "first" / "scenario.yaml", trace=False)

@@ -8,6 +8,7 @@ from netsim.metrics import inference
 from netsim.metrics.collect import metrics_of
 from netsim.trace.events import (
     BROADCAST,
+    OUTCOME_CODE,
     Association,
     EnergyLedger,
     Event,
@@ -62,6 +63,30 @@ def test_traffic_counts_messages_frames_bytes_airtime_and_losses() -> None:
     assert [figures[f"frames{part}"] for part in ("", "_data", "_retry", "_ack")] == [4, 2, 1, 1]
     assert figures["frame_by_kind_byte"] == {"a": 45, "b": 20}
     assert figures["airtime_s"] == pytest.approx(0.008)
+
+
+def test_of_unicast_data_frames_it_is_told_what_was_lost_at_the_addressee_to_what() -> None:
+    def sent(destination: int, heard: dict[int, str], ack: bool = False, attempt: int = 0) -> tuple[int, Event]:
+        codes = [OUTCOME_CODE[name] for name in heard.values()]
+        ears = [0.0] * len(heard)
+        return MS, Frame(
+            1, 0, MS, 0, destination, "a", int(ack), 20, attempt, 1, 0.0, list(heard), codes, ears, ears
+        )  # fmt: skip
+
+    events = [
+        sent(1, {1: "collided", 2: "overheard"}),
+        sent(1, {2: "overheard", 1: "received"}, attempt=1),
+        sent(1, {2: "jammed", 1: "jammed"}, attempt=2),
+        sent(2, {1: "overheard", 2: "jammed"}),
+        sent(2, {1: "overheard"}),  # the addressee hears nothing of it
+        sent(0, {0: "weak", 1: "overheard"}, ack=True),
+        sent(BROADCAST, {1: "weak", 2: "received"}),
+    ]
+    figures = metrics_of(events)
+    assert figures["frames_unicast_data"] == 5
+    assert figures["frames_lost_by_reason"] == {"collided": 1, "jammed": 2, "out_of_reach": 1}
+    assert figures["frame_reception_ratio_unicast"] == pytest.approx(1 / 5)
+    assert metrics_of(events[-2:])["frame_reception_ratio_unicast"] is None
 
 
 def test_energy_is_summed_every_way() -> None:

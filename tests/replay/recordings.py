@@ -61,3 +61,10 @@ def timed(rows: list[dict[str, Any]], component: str) -> dict[int, Any]:
         for row in rows
         if "simulated_time" in row and row.get(component) is not None
     }
+
+
+def log_of(rows: Table) -> list[tuple[int, str, str]]:
+    """Instant, level and text of every line of the log, in the order of time, then of the alphabet."""
+    lines = [row for path, part in rows.items() if path.startswith("/log/") for row in part]
+    told = [(row["simulated_time"], row["TextLog:level"][0], row["TextLog:text"][0]) for row in lines]
+    return sorted(told)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from recordings import MS, Table, named_nodes, recording, timed, write_three_frames
+from recordings import MS, Table, log_of, named_nodes, recording, timed, write_three_frames
 from rerun.chunk import McapReader
 from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 
@@ -57,14 +57,14 @@ def test_three_frames_give_the_rows_worked_out_by_hand(tmp_path: Path) -> None:
     rows = recording(tmp_path / "three.mcap", tmp_path, hold_s=0.15, tick_s=0.05)
     # Radius 10 m / 8; arrows run from 1.3 radii off the sender to 1.3 radii off the receiver, 0.3 radii to the right.
     gap, aside, shaft = 1.625, 0.375, 6.75
-    hello = rows["/map/messages/hello"]
+    hello = rows["/map/messages/hello/broadcast"]
     for (instant, vectors), reach in zip(sorted(timed(hello, "Arrows2D:vectors").items()), (1, 2, 3, 0), strict=True):
         assert instant == (50 + 50 * (reach or 4)) * MS
         expected = [[shaft * reach / 3, 0], [0, -shaft * reach / 3]] if reach else []
         np.testing.assert_allclose(np.reshape(vectors, (-1, 2)), np.reshape(expected, (-1, 2)), atol=1e-5)
     origins = timed(hello, "Arrows2D:origins")[100 * MS]
     np.testing.assert_allclose(origins, [[gap, aside], [aside, -gap]], atol=1e-5)
-    collided = rows["/map/losses/collided"]
+    collided = rows["/map/losses/interference"]
     assert sorted(timed(collided, "Arrows2D:labels").values()) == [[], ["collided"], ["collided"], ["collided"]]
     assert [row["Arrows2D:show_labels"] for row in collided if "simulated_time" not in row] == [[False]]
     np.testing.assert_allclose(timed(collided, "Arrows2D:vectors")[200 * MS], [[-0.6 * shaft, 0]], atol=1e-5)
@@ -81,7 +81,13 @@ def test_every_part_of_a_run_is_there(whole: Table) -> None:
     expected = {"/map/field", "/map/links", "/map/nodes", "/map/nodes/rims", "/map/nodes/labels", "/map/dead"}
     expected |= {"/map/model/edges", "/map/model/variables", "/map/targets", "/map/estimates/0", "/map/losses/acks"}
     expected |= {f"/map/legend/{part}" for part in ("labels", "arrows", "lines", "discs")}
-    expected |= {"/map/messages/observations", "/map/messages/belief", "/map/acks", "/map/losses/lost", "/log"}
+    expected |= {
+        "/map/messages/observations/broadcast",
+        "/map/messages/belief",
+        "/map/acks",
+        "/map/losses/lost",
+        "/log/info",
+    }
     expected |= {
         "/map/losses/lost/reasons",
         "/plots/messages/belief",
@@ -105,13 +111,13 @@ def test_nodes_fade_and_die_when_they_do(whole: Table) -> None:
 
 
 def test_log_tells_reasons(whole: Table) -> None:
-    lines = {row["TextLog:text"][0] for row in whole["/log"]}
+    lines = {text for *_, text in log_of(whole)}
     assert f"n{DEAD_NODE} died: battery empty" in lines
     assert f"{NODES} nodes started" in lines
     assert "n06: becomes leader" in lines
     assert "n06: hand-off to n07" in lines
     assert any(re.search(r"^n\d\d: gave up belief #\d+ to n\d\d: no ack \(last loss: \w+\)$", line) for line in lines)
-    levels = {row["TextLog:text"][0]: row["TextLog:level"][0] for row in whole["/log"]}
+    levels = {text: level for _, level, text in log_of(whole)}
     assert levels[f"n{DEAD_NODE} died: battery empty"] == "ERROR"
 
 
@@ -122,10 +128,9 @@ def test_log_tells_a_decision_only_when_it_changes(tmp_path: Path) -> None:
         for number, targets in decisions:
             writer.write(Association(0, targets, number), number * MS)
             writer.write(Association(1, [], number), number * MS)
-    rows = recording(tmp_path / "three.mcap", tmp_path)["/log"]
-    assert [(row["simulated_time"], row["TextLog:text"]) for row in rows] == [
-        (0, ["a decides its measurements' targets: 3, none"]),
-        (2 * MS, ["a decides its measurements' targets: 3, 12"]),
+    assert log_of(recording(tmp_path / "three.mcap", tmp_path)) == [
+        (0, "INFO", "a decides its measurements' targets: 3, none"),
+        (2 * MS, "INFO", "a decides its measurements' targets: 3, 12"),
     ]
 
 
@@ -138,7 +143,7 @@ def test_messages_a_second_add_up(whole: Table, grid: Path) -> None:
 
 def test_kinds_nodes_and_window_select(grid: Path, tmp_path: Path) -> None:
     rows = recording(grid, tmp_path, kinds=frozenset({"belief"}), nodes=frozenset({6}), start_s=5.0, end_s=7.0)
-    assert "/map/messages/observations" not in rows
+    assert "/map/messages/observations/broadcast" not in rows
     assert {path for path in rows if path.startswith(("/radio", "/plots/energy/"))} == {
         "/radio/n06",
         "/plots/energy/n06",
@@ -162,7 +167,7 @@ def test_a_late_window_remembers_what_still_holds(grid: Path, tmp_path: Path) ->
         if "simulated_time" in row and path != "/map"
     ]
     assert min(times) >= start - 10**9  # a bar of a rate may begin before
-    assert min(row["simulated_time"] for row in rows["/log"]) >= start
+    assert log_of(rows)[0][0] >= start
     assert min(timed(rows["/map/targets"], "LineStrips2D:strips")) == start
 
 

@@ -109,10 +109,10 @@ class Sampler:
 
     def _wait_for_next(self) -> None:
         """Idle until the next sample, or listen on if that is too soon."""
-        between_ns, turnaround_ns = self._timing.between_ns, self._radio.device.turnaround_ns
-        if between_ns > turnaround_ns:
+        between_ns, start_up_ns = self._timing.between_ns, self._radio.device.idle_wake_ns
+        if between_ns > start_up_ns:
             self._radio.idle()
-            self._timer.after(between_ns - turnaround_ns, self._radio.wake)
+            self._timer.after(between_ns - start_up_ns, self._radio.wake)
         else:
             self._timer.after(between_ns + self._timing.sample_ns, self._judge, last=True)
 

@@ -1,0 +1,59 @@
+"""The table at the end of a run: what befell the nodes is told if anything did."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import netsim
+from netsim.cli.summary import summary_table
+
+
+@pytest.fixture(scope="module")
+def quiet(scenarios: Path) -> tuple[netsim.Result, netsim.LoadedScenario]:
+    loaded = netsim.load(scenarios / "lifetime.yaml", ["duration_s=1"])
+    return netsim.run(loaded, trace=False), loaded
+
+
+def told(quiet: tuple[netsim.Result, netsim.LoadedScenario], figures: Mapping[str, Any]) -> dict[str, str]:
+    """The rows of the table for a run with these figures besides its own."""
+    result, loaded = quiet
+    columns = summary_table(replace(result, metrics={**result.metrics, **figures}), loaded).columns
+    return {str(what).strip(): str(figure) for what, figure in zip(*(column.cells for column in columns), strict=True)}
+
+
+def test_a_quiet_run_tells_of_no_incidents(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    rows = told(quiet, {"frames_lost_by_reason": {}, "frames_unicast_data": 0, "crashes": 0, "energy_harvested_j": 0.0})
+    words = ("lost", "crash", "allowance", "refused", "clock", "harvest", "empty", "unicast data frames")
+    assert not [what for what in rows if any(word in what for word in words)]
+
+
+def test_losses_are_told_with_the_most_frequent_first(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    figures = {"frame_reception_ratio_unicast": 0.875, "frames_lost_by_reason": {"busy": 2, "jammed": 1_300, "weak": 7}}
+    rows = told(quiet, {"frames_unicast_data": 10_472, **figures})
+    assert rows["unicast data frames received"] == "87.50 %"
+    assert rows["lost, at the addressee"] == "1,300 jammed, 7 weak, 2 busy"
+
+
+def test_incidents_are_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    rows = told(
+        quiet,
+        {
+            "crashes": 3,
+            "reboots": 2,
+            "energy_allowance_short": 1,
+            "energy_allowance_short_nodes": 1,
+            "energy_refused": {"send": 4, "sense": 1},
+            "clock_error_max_s": 0.0008949,
+            "clock_error_rms_s": 0.0002558,
+            "energy_harvested_j": 0.5,
+            "energy_spilled_j": 0.1,
+        },
+    )
+    assert rows["crashes"] == "3 (2 came back)"
+    assert rows["energy allowance used up"] == "1 time, on 1 of 31 nodes"
+    assert rows["refused for want of it"] == "4 send, 1 sense"
+    assert rows["clock error, largest"] == "0.0008949 s (root mean square 0.0002558 s)"
+    assert rows["energy harvested"] == "0.5 J (0.1 J of it found the battery full)"
