@@ -193,11 +193,18 @@ class NodeHandle(Protocol):
         ...
 
     def radio_sleep(self) -> None:
-        """Turn the radio off as soon as its queue is empty; nothing is received while it sleeps."""
+        """Turn the radio off as soon as its queue is empty; nothing is received while it sleeps.
+
+        With a MAC that sleeps by itself this ends its schedule too: low-power listening samples no more, TDMA leaves out
+        the slots of neighbours. What is sent is still sent.
+        """
         ...
 
     def radio_wake(self) -> None:
-        """Turn the radio on again; it can receive after its start-up time."""
+        """Turn the radio on again; it can receive after its start-up time.
+
+        With a MAC that sleeps by itself this goes back to its schedule, not to a radio that is always on.
+        """
         ...
 
     def sense(self) -> Op[Observation]:

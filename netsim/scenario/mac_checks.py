@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from netsim.errors import Finding
 from netsim.models.devices import RadioDevice
-from netsim.models.path_loss import IdealMediumParameters
+from netsim.models.media import IdealMediumParameters
 from netsim.scenario.load import LoadedScenario
 from netsim.sim.frames import ACK_PSDU_BYTE, MAC_OVERHEAD_BYTE
 from netsim.sim.mac.csma import CsmaParameters
@@ -78,10 +78,14 @@ def _low_power_listening(loaded: LoadedScenario, radio: RadioDevice) -> Iterator
     mac, document = loaded.scenario.mac, loaded.document
     if not isinstance(mac, LplParameters):
         return
-    if isinstance(loaded.scenario.medium, IdealMediumParameters):
-        remedy = "use `medium: {type: log-distance}`, or another mac"
+    medium = loaded.scenario.medium
+    reception = "none" if isinstance(medium, IdealMediumParameters) else medium.reception
+    if reception != "sinr":
         yield document.finding(
-            ("mac", "type"), "a medium on which a channel can be sensed", "lpl on the ideal medium", remedy
+            ("mac", "type"),
+            "a medium on which a channel can be sensed, one with propagation and `reception: sinr`",
+            f"lpl on {medium.type} with reception {reception}",
+            "use such a medium, or another mac",
         )
         return
     if not MAC_OVERHEAD_BYTE <= (mac.strobe_byte or MAC_OVERHEAD_BYTE) <= radio.max_psdu_byte:

@@ -12,6 +12,7 @@ from netsim.scenario.make_medium import AnyMedium
 from netsim.scenario.places import Place
 from netsim.sim.air import Uniforms
 from netsim.sim.clock import Clock
+from netsim.sim.ideal_medium import IdealMedium
 from netsim.sim.mac.aloha import AlohaMac, AlohaParameters
 from netsim.sim.mac.csma import CsmaMac
 from netsim.sim.mac.ideal import IdealMac, IdealMacParameters
@@ -69,13 +70,14 @@ class MacMaker:
         parameters = self._parameters
         if isinstance(parameters, IdealMacParameters):
             return IdealMac(radio, deliver)
+        assess = partial(self._medium.is_busy, place.id)
         draws = Uniforms(self._streams.generator(f"node/{place.id}/backoff")).next
         if isinstance(parameters, AlohaParameters):
             return AlohaMac(self._clock, radio, draws, parameters, deliver)
         if isinstance(parameters, TdmaParameters):
             first = int(draws() * 256)
-            return TdmaMac(self._clock, radio, first, parameters, self._slots[place.id], deliver, local)
-        assess = partial(self._medium.is_busy, place.id)
+            plan, busy = self._slots[place.id], None if isinstance(self._medium, IdealMedium) else assess
+            return TdmaMac(self._clock, radio, first, parameters, plan, deliver, busy, local)
         if isinstance(parameters, LplParameters):
             return LplMac(self._clock, radio, assess, draws, parameters, deliver)
         return CsmaMac(self._clock, radio, assess, draws, parameters, deliver)

@@ -27,7 +27,8 @@ HORIZON_MS = 120_000
 FOLLOWS = {
     "off": {"listen"},
     "listen": {"receive", "switch", "sleep", "idle", "listen"},
-    "receive": {"listen", "switch", "sleep", "idle"},
+    # of preambles that begin at one instant the strongest is caught, whichever is met first
+    "receive": {"listen", "receive", "switch", "sleep", "idle"},
     # to transmit, to listen, or straight on into the next turnaround
     "switch": {"transmit", "listen", "receive", "switch", "sleep", "idle"},
     "transmit": {"switch", "transmit"},
@@ -59,7 +60,14 @@ def aloha(rig, draws, **parameters):
 def tdma(rig, draws, **parameters):
     plans = slot_plans({node: [link.destination for link in links] for node, links in rig.paths.items()})
     given = TdmaParameters(**parameters)
-    return lambda station, _, deliver: TdmaMac(rig.clock, station.radio, 0, given, plans[station.radio.node], deliver)
+    return lambda station, _, deliver: TdmaMac(
+        rig.clock, station.radio, 0, given, plans[station.radio.node], deliver, sense(rig, station)
+    )
+
+
+def sense(rig, station):
+    """Over the ideal medium nothing can be sensed."""
+    return None if isinstance(rig.medium, IdealMedium) else rig.assess(station.radio.node)
 
 
 def lpl(rig, draws, **parameters):

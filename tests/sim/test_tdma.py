@@ -35,7 +35,7 @@ class Skewed:
         return delay_ns
 
 
-def tdma(rig, local=None, frame_slots=None, **parameters):
+def tdma(rig, local=None, frame_slots=None, sensed=True, **parameters):
     settings = TdmaParameters(frame_slots=frame_slots, **parameters)
     neighbours = {node: [] for node in rig.stations}
     for node, links in rig.paths.items():
@@ -49,6 +49,7 @@ def tdma(rig, local=None, frame_slots=None, **parameters):
             settings,
             plans[station.radio.node],
             deliver,
+            rig.assess(station.radio.node) if sensed else None,
             (local or {}).get(station.radio.node),
         )
     )
@@ -91,7 +92,6 @@ def test_slots_repeat():
     plan = SlotPlan(own=1, frame_slots=4, heard=frozenset({0, 2, 3}))
     assert [plan.next_own(index) for index in range(6)] == [1, 1, 5, 5, 5, 5]
     assert [plan.next_heard(index) for index in range(6)] == [0, 2, 2, 3, 4, 6]
-    assert plan.end_of_heard(2) == 5
     assert SlotPlan(0, 1, frozenset()).next_heard(3) is None
 
 
@@ -113,42 +113,47 @@ def test_an_exchange_in_the_senders_slot_every_instant():
     assert (ack.t_start_ns / US, ack.t_end_ns / US) == (10_000 + LEAD_US + 1984, 10_000 + LEAD_US + EXCHANGE_US)
     ((done_ns, delivery),) = fate
     assert (done_ns, delivery.acknowledged, delivery.attempts) == (ack.t_end_ns, True, 1)
-    # node 1 hears slots 2 and 0 (wakes 1052 us before 20 ms, sleeps from 40 ms), and is on in its own for the exchange
+    # node 1 hears slots 0 and 2 and looks for 2.32 ms into them; it is on in its own for the exchange
     listen, sleep, switch, transmit = 2, 1, 5, 4
     by_state = [entry for entry in rig.states(1) if entry[1] in (sleep, transmit) or entry[1] == listen]
     assert by_state == [
         (0, listen),
-        (0, sleep),
-        (WAKE_US, listen),
+        (2320, sleep),
+        (10_000, listen),
         (11_192, transmit),
         # the acknowledgement begins when the receiver is ready again
         *[entry for entry in by_state if entry[0] == 13_176],
         (13_528, listen),
         (13_528, sleep),
         (20_000, listen),
-        (40_000, sleep),
+        (22_320, sleep),
+        (30_000, listen),
+        (32_320, sleep),
         (50_000, listen),
+        (52_320, sleep),
     ]
     assert switch in {state for _, state in rig.states(1)}
 
 
 def test_an_idle_node_pays_for_the_slots_of_its_neighbours():
-    """Two nodes, two slots: it listens 10 of every 20 ms and wakes for 1052 us.
+    """Two nodes, two slots: of every 20 ms it listens for two guard times, a turnaround and an assessment, 2.32 ms.
 
-    CC2420 at 3 V: 56.4 mW listening, 0.06 asleep; waking draws 1.278 mW for 860 us, then 56.4 for 192 us.
+    CC2420 at 3 V: 56.4 mW listening, 0.06 asleep; waking draws 1.278 mW for 860 us, then 56.4 for 192 us. Where nothing
+    can be sensed it listens for all 10 ms of a slot.
     """
-    rig = tdma(Rig(mesh(2)))
-    rig.run(2000 * MS)
-    # node 0 hears slot 1: wakes at 8.948, 28.948, ..., listens from 10, 30, ... for 10 ms each
-    booked = rig.stations[0].ledger_uj()
-    assert {state: time_us for (state, _), (_, time_us) in booked.items()} == {
-        "wake": 100 * WAKE_US,
-        "listen": 100 * 10_000,
-        "sleep": 100 * (10_000 - WAKE_US),
-    }
-    assert rig.stations[0].battery.used_j * 1e6 == pytest.approx(
-        100 * (860e-6 * 1278 + 192e-6 * 56_400 + 10_000e-6 * 56_400 + 8948e-6 * 60), rel=1e-12
-    )
+    for sensed, listen_us in ((True, 2320), (False, 10_000)):
+        rig = tdma(Rig(mesh(2)), sensed=sensed)
+        rig.run(2000 * MS)
+        # node 0 hears slot 1: wakes at 8.948, 28.948, ..., listens from 10, 30, ...
+        booked = rig.stations[0].ledger_uj()
+        assert {state: time_us for (state, _), (_, time_us) in booked.items()} == {
+            "wake": 100 * WAKE_US,
+            "listen": 100 * listen_us,
+            "sleep": 100 * (20_000 - WAKE_US - listen_us),
+        }
+        assert rig.stations[0].battery.used_j * 1e6 == pytest.approx(
+            100 * (860e-3 * 1.278 + (192 + listen_us) * 1e-3 * 56.4 + (18_948 - listen_us) * 1e-3 * 0.06), rel=1e-12
+        )
 
 
 def test_always_listening_costs_what_listening_costs():
@@ -226,9 +231,15 @@ def test_beyond_the_guard_time_a_listener_is_not_back_in_time(late_ms, attempts)
     assert outcomes_of(second)[2] == ("received" if attempts == 1 else "half_duplex")
 
 
-def test_further_beyond_it_frames_meet_on_the_air():
-    """The frame to 0 ends at 5.448 + d of slot 0, that of 1 begins at 8.184 - d: they meet from d = 1.368 on."""
+def test_further_beyond_it_listeners_have_left():
+    """By 2.32 ms they have heard nothing of a frame that begins at 1.192 + 2."""
     rig, _ = skewed(2.0, max_retries=1)
+    assert [outcome[2] for outcome in rig.outcomes(0)] == ["asleep", "asleep"]
+
+
+def test_frames_meet_on_the_air_if_listeners_stay():
+    """The frame to 0 ends at 5.448 + d of slot 0, that of 1 begins at 8.184 - d: they meet from d = 1.368 on."""
+    rig, _ = skewed(2.0, max_retries=1, listen="always")
     first, second = sorted_frames([frame for frame in rig.frames if not frame.is_ack])[:2]
     assert (first.source, second.source) == (0, 1)
     assert first.t_start_ns < second.t_start_ns < first.t_end_ns

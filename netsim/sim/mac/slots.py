@@ -30,12 +30,6 @@ class SlotPlan:
         """The first slot from `index` on in which a neighbour sends; None if there is no neighbour."""
         return min((index + (slot - index) % self.frame_slots for slot in self.heard), default=None)
 
-    def end_of_heard(self, index: int) -> int:
-        """The first slot from `index` on in which no neighbour sends."""
-        while index % self.frame_slots in self.heard:
-            index += 1
-        return index
-
 
 def slot_plans(neighbours: Mapping[int, Collection[int]], frame_slots: int | None = None) -> dict[int, SlotPlan]:
     """Give every node a slot that nobody within two hops has, greedily, nodes with most conflicts first.

@@ -19,6 +19,7 @@ from netsim.sim.mac.exchange import Incoming, Outgoing, ack_wait_ns
 from netsim.sim.mac.link import Deliver, LinkJob, QueuedMac
 from netsim.sim.mac.slots import SlotPlan
 from netsim.sim.mac.timer import LocalTime, Timer, TrueTime
+from netsim.sim.medium import CCA_SYMBOLS
 from netsim.sim.radio import Radio
 from netsim.units import NS_PER_MS
 
@@ -40,8 +41,9 @@ class TdmaParameters:
     min_prr: Probability = 0.1
     """Nodes with a better link than this, in either direction, count as neighbours."""
     listen: Literal["neighbours", "always"] = "neighbours"
-    """Whether the radio is on only in the slots of `neighbours`, and in its own when there is something to send, or
-    `always`."""
+    """`neighbours`: the radio is on in their slots, and in its own when there is something to send; it leaves a slot in
+    which nobody has begun after two guard times, a turnaround and an assessment of the channel (but over the ideal medium,
+    where a channel cannot be sensed, only at its end). `always`: it never sleeps."""
     acknowledge: bool = True
     """Whether unicast frames ask for an acknowledgement."""
     max_retries: Annotated[int, Ge(0), Le(30)] = 3
@@ -65,6 +67,8 @@ class TdmaMac(QueuedMac):
         parameters: Settings.
         plan: The slots that concern it.
         deliver: Where received packets go.
+        channel_busy: Whether anything was on the channel within the last so many nanoseconds; None where that cannot be
+            known.
         local: The node's own clock; a clock that is right by default.
     """
 
@@ -78,6 +82,7 @@ class TdmaMac(QueuedMac):
         parameters: TdmaParameters,
         plan: SlotPlan,
         deliver: Deliver,
+        channel_busy: Callable[[int], bool] | None,
         local: LocalTime | None = None,
     ) -> None:
         super().__init__(radio, parameters.queue_frames)
@@ -86,6 +91,9 @@ class TdmaMac(QueuedMac):
         self._local: LocalTime = local or TrueTime(clock)
         self._slot_ns = round(parameters.slot_ms * NS_PER_MS)
         self._guard_ns = round(parameters.guard_ms * NS_PER_MS)
+        assessment_ns = CCA_SYMBOLS * radio.device.symbol_ns
+        self._look_ns = 2 * self._guard_ns + radio.device.turnaround_ns + assessment_ns
+        self._channel_busy = channel_busy
         self._ack_wait_ns = ack_wait_ns(radio.device)
         self._sending = Timer(clock)
         self._listening = Timer(clock)
@@ -117,38 +125,45 @@ class TdmaMac(QueuedMac):
         self._in_own_slot = False
 
     def _on_started(self) -> None:
-        self._listens = self._parameters.listen == "always"
-        if not self._listens:
+        if self._parameters.listen == "neighbours":
             self._follow(self._slot_now)
-        self._rest()
 
     @property
     def _slot_now(self) -> int:
         return self._local.local_ns() // self._slot_ns
 
     def _follow(self, index: int) -> None:
-        """Go by the schedule from a slot on."""
+        """Sleep until a neighbour may send, in slot `index` or later; listen on if that is now."""
         begin = self._plan.next_heard(index)
+        wake_ns = (index if begin is None else begin) * self._slot_ns - self._radio.device.wake_ns
+        self._listens = begin is not None and self._local.delay_until(wake_ns) == 0
+        self._rest()
         if begin is not None:
-            wake_ns = begin * self._slot_ns - self._radio.device.wake_ns
-            self._at(self._listening, wake_ns, lambda: self._listen_from(begin), self._follow_anew)
+            self._at(self._listening, wake_ns, lambda: self._listen_in(begin), self._follow_anew)
 
     def _follow_anew(self) -> None:
-        self._listens = False
-        self._rest()
         self._follow(self._slot_now)
 
-    def _listen_from(self, begin: int) -> None:
+    def _listen_in(self, slot: int) -> None:
         self._listens = True
         if not self._wants_sleep:
             self._radio.wake()
-        end = self._plan.end_of_heard(begin)
-        self._at(self._listening, end * self._slot_ns, lambda: self._listen_until(end), self._follow_anew)
+        if self._channel_busy is None:
+            self._listen_through(slot)
+        else:
+            self._at(self._listening, slot * self._slot_ns + self._look_ns, lambda: self._look(slot), self._follow_anew)
 
-    def _listen_until(self, end: int) -> None:
-        self._listens = False
-        self._rest()
-        self._follow(max(end, self._slot_now))
+    def _look(self, slot: int) -> None:
+        """By now a neighbour whose clock is right enough has begun; if none has, this slot is left out."""
+        if self._channel_busy is not None and self._channel_busy(self._look_ns):
+            self._listen_through(slot)
+        else:
+            self._follow(max(slot + 1, self._slot_now))
+
+    def _listen_through(self, slot: int) -> None:
+        after = slot + 1
+        follow = lambda: self._follow(max(after, self._slot_now))  # noqa: E731
+        self._at(self._listening, after * self._slot_ns, follow, self._follow_anew)
 
     def _rest(self) -> None:
         """Sleep unless this slot is a neighbour's, or its own and in use."""
