@@ -120,6 +120,24 @@ def replay(
     replay_command(trace, start, end, kinds, nodes, speed, hold, Sinks(save, serve, screenshot, at))
 
 
+@app.command()
+def inspect(
+    trace: Trace,
+    nodes: Annotated[
+        str | None, typer.Option(help="Node ids or names to look at, separated by commas; by default all.")
+    ] = None,
+    top: Annotated[int, typer.Option(help="Show so many of the pairs that talked most.", min=1)] = 20,
+    debug: Debug = False,
+) -> None:
+    """Say what a run came to, where its energy went, and who talked to whom.
+
+    With --nodes: where the energy of these nodes went, and with whom they talked.
+    """
+    from netsim.cli.inspect import inspect_command
+
+    inspect_command(trace, nodes, top)
+
+
 @app.command(name="list")
 def list_all() -> None:
     """List algorithms with their sources, devices and shipped scenarios."""

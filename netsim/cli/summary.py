@@ -1,6 +1,6 @@
 """The table at the end of a run."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -15,13 +15,25 @@ SHOWN_STATES = 8
 
 def summary_table(result: Result, loaded: LoadedScenario) -> Table:
     """What a run gave, in the order in which one asks."""
-    scenario = loaded.scenario
-    title = f"{scenario.name} (seed {scenario.seed})" + (", interrupted" if result.interrupted else "")
+    title = f"{loaded.scenario.name} (seed {loaded.scenario.seed})" + (", interrupted" if result.interrupted else "")
+    ended = [*_time(result.metrics, result.interrupted), ("wall time", _seconds(result.wall_s))]
+    return _table(title, [*_sections(result.metrics), ended])
+
+
+def figures_table(title: str, figures: Mapping[str, Any]) -> Table:
+    """The same of a run of which only the figures are left."""
+    return _table(title, [*_sections(figures), _time(figures, bool(figures.get("interrupted")))])
+
+
+def _sections(figures: Mapping[str, Any]) -> Sequence[Iterable[Row]]:
+    return _answer(figures), _messages(figures), _energy(figures), _incidents(figures)
+
+
+def _table(title: str, sections: Iterable[Iterable[Row]]) -> Table:
     table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", show_header=False)
     table.add_column("what")
     table.add_column("figure", justify="right")
-    figures = result.metrics
-    for section in (_answer(figures), _messages(figures), _energy(figures), _incidents(figures), _time(result)):
+    for section in sections:
         rows = list(section)
         for row in rows:
             table.add_row(*row)
@@ -63,10 +75,12 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if figures["drops_by_reason"]:
         yield "  packets given up", _counts(figures["drops_by_reason"])
     kinds = {"data": figures["frames_data"], "retry": figures["frames_retry"], "ack": figures["frames_ack"]}
+    if figures.get("frames_strobe"):
+        kinds["wake-up"] = figures["frames_strobe"]
     yield "frames", _counted(figures["frames"], kinds)
-    if figures["frames_unicast_data"]:
+    if figures.get("frames_unicast_data"):
         yield "  unicast data frames received", _percent(figures["frame_reception_ratio_unicast"])
-    if figures["frames_lost_by_reason"]:
+    if figures.get("frames_lost_by_reason"):
         most_first = sorted(figures["frames_lost_by_reason"].items(), key=lambda item: -item[1])
         yield "  lost, at the addressee", _counts(dict(most_first))
     yield "bytes in frames (PSDU)", f"{figures['frame_byte']:,}"
@@ -109,16 +123,14 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "clock error, largest", f"{largest} (root mean square {usual})"
 
 
-def _time(result: Result) -> Iterator[Row]:
-    figures = result.metrics
+def _time(figures: Mapping[str, Any], interrupted: bool) -> Iterator[Row]:
     unfinished = figures["nodes"] - figures["nodes_finished"] - figures["nodes_failed"] - figures["nodes_died"]
     if unfinished:
-        cause = "by the interruption" if result.interrupted else "at the horizon"
+        cause = "by the interruption" if interrupted else "at the horizon"
         yield f"nodes cut off {cause}", f"{unfinished} of {figures['nodes']}"
     if figures["nodes_failed"]:
         yield "nodes whose algorithm failed", f"{figures['nodes_failed']} of {figures['nodes']}"
     yield "simulated time", _seconds(figures["simulated_s"])
-    yield "wall time", _seconds(result.wall_s)
 
 
 def _percent(share: float | None) -> str:

@@ -4,12 +4,12 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame, MessageDelivered, MessageDropped, MessageSent
+from netsim.trace.events import BROADCAST, OUTCOMES, Frame, MessageDelivered, MessageDropped, MessageSent
 from netsim.trace.recorder import Handler
 from netsim.units import NS_PER_S
 
-_RECEIVED = OUTCOME_CODE["received"]
-_OUT_OF_REACH = "out_of_reach"  # so weak at the addressee that the medium did not decide about it at all
+DATA_ROLES = ("data", "retry")
+"""Roles of the frames that carry a message or a part of one (see `role_of`)."""
 
 
 class Traffic:
@@ -90,26 +90,35 @@ class Traffic:
         self._dropped[event.reason] += 1
 
     def _on_frame(self, event: Frame, _: int) -> None:
-        role = _role(event)
+        role = role_of(event)
         self._frames[role] += 1
         self._air[event.kind] += 1
         self._air_byte[event.kind] += event.size_byte
         self._airtime_ns[event.kind] += event.t_end_ns - event.t_start_ns
-        if event.destination != BROADCAST and role in ("data", "retry"):
+        if event.destination != BROADCAST and role in DATA_ROLES:
             self._on_addressed(event)
 
     def _on_addressed(self, frame: Frame) -> None:
-        """What became of a data frame at the node it was sent to; all levels of detail tell that."""
         self._addressed += 1
-        for node, outcome in zip(frame.rx_node, frame.rx_outcome, strict=True):
-            if node == frame.destination:
-                if outcome != _RECEIVED:
-                    self._lost[OUTCOMES[outcome]] += 1
-                return
-        self._lost[_OUT_OF_REACH] += 1
+        outcome = outcome_at_addressee(frame)
+        if outcome != "received":
+            self._lost[outcome] += 1
 
 
-def _role(frame: Frame) -> str:
+def outcome_at_addressee(frame: Frame) -> str:
+    """What became of a unicast frame at the node it was sent to; a trace of any detail tells that.
+
+    Returns:
+        One of `netsim.trace.events.OUTCOMES`, or `out_of_reach`: so weak there that the medium did not decide about it.
+    """
+    for node, outcome in zip(frame.rx_node, frame.rx_outcome, strict=True):
+        if node == frame.destination:
+            return OUTCOMES[outcome]
+    return "out_of_reach"
+
+
+def role_of(frame: Frame) -> str:
+    """What a frame is for: `data` or `retry`, which carry a message, `ack`, or `strobe` of low-power listening."""
     if frame.is_strobe:
         return "strobe"
     return "ack" if frame.is_ack else ("retry" if frame.attempt else "data")

@@ -20,6 +20,7 @@ from netsim.replay.marks import EstimateTrack, NodeColourTrack, TargetTrack
 from netsim.replay.nodes import node_chunks
 from netsim.replay.options import Pace, ReplayOptions, decide
 from netsim.replay.plots import AccuracyTrack, RateTrack, RoundTrack
+from netsim.replay.routes import RouteTrack
 from netsim.replay.scene import Scene, field_chunks, load_scene
 from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
@@ -133,5 +134,6 @@ def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) ->
 
 
 def _tracks(setting: Setting) -> list[Track]:
-    tracks: list[Track] = [make(setting) for make in (LinkTrack, RateTrack, NodeColourTrack, DownTrack, FaultTrack)]
-    return tracks + [make(setting) for make in (TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
+    tracks: list[Track] = [make(setting) for make in (LinkTrack, RouteTrack, RateTrack, NodeColourTrack, DownTrack)]
+    tracks += [make(setting) for make in (FaultTrack, TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
+    return tracks

@@ -114,6 +114,8 @@ def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
         yield Mark("target", outline=style.TARGET)
     if "/map/estimates" in present:
         yield Mark("estimate", discs=[(0.0, 0.5, style.ESTIMATE)])
+    if "/map/routes" in present:
+        yield Mark("next hop to a sink", lines=[style.ROUTE])
     if "/map/ways" in present:
         yield Mark("way of a node", lines=[style.WAY])
     if "/map/model" in present:

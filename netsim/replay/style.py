@@ -39,6 +39,7 @@ ESTIMATE: Rgba = (255, 70, 220, 255)
 ESTIMATE_DIM: Rgba = (255, 70, 220, 150)
 DEAD: Rgba = (38, 40, 46, 255)
 CRASHED: Rgba = (235, 240, 250, 255)
+ROUTE: Rgba = (105, 125, 215, 255)
 WAY: Rgba = (70, 100, 130, 255)
 FAULT: Rgba = (255, 120, 40, 255)
 JAMMER: Rgba = (255, 66, 66, 170)
@@ -72,6 +73,7 @@ _LAYERS = (
     "field",
     "ways",
     "links",
+    "routes",
     "model",
     "targets",
     "acks",

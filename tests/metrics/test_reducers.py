@@ -1,11 +1,14 @@
 """Metrics from hand-made events: every figure can be counted on one's fingers."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from netsim.kernels.association_model import AssociationInstance, SensorModel
 from netsim.metrics import inference
 from netsim.metrics.collect import metrics_of
+from netsim.metrics.conversations import Conversation, Conversations
 from netsim.trace.events import (
     BROADCAST,
     OUTCOME_CODE,
@@ -63,6 +66,26 @@ def test_traffic_counts_messages_frames_bytes_airtime_and_losses() -> None:
     assert [figures[f"frames{part}"] for part in ("", "_data", "_retry", "_ack")] == [4, 2, 1, 1]
     assert figures["frame_by_kind_byte"] == {"a": 45, "b": 20}
     assert figures["airtime_s"] == pytest.approx(0.008)
+
+
+def test_conversations_add_up_the_data_frames_of_each_pair() -> None:
+    conversations = Conversations()
+    take = conversations.handlers()[Frame]
+    got, weak, over = (OUTCOME_CODE[name] for name in ("received", "weak", "overheard"))
+    for destination, attempt, ack, size_byte, codes in (
+        (1, 0, 0, 20, [weak, over]),
+        (1, 1, 0, 20, [got, over]),
+        (1, 0, 1, 5, [got, over]),
+        (2, 0, 0, 30, [over, weak]),
+        (BROADCAST, 0, 0, 40, [got, weak]),
+    ):
+        ears = [0.0, 0.0]
+        take(Frame(1, 0, MS, 0, destination, "a", ack, size_byte, attempt, 1, 0.0, [1, 2], codes, ears, ears), MS)
+    assert dict(conversations.found) == {
+        (0, 1): Conversation(2, 1, 40, Counter(weak=1, received=1)),
+        (0, 2): Conversation(1, 0, 30, Counter(weak=1)),
+        (0, BROADCAST): Conversation(1, 0, 40, Counter()),
+    }
 
 
 def test_of_unicast_data_frames_it_is_told_what_was_lost_at_the_addressee_to_what() -> None:

@@ -40,6 +40,7 @@ from netsim.trace.events import (
     NodeClocks,
     NodeLife,
     NodePositions,
+    NodeTable,
     RadioState,
     RouteChange,
 )
@@ -107,6 +108,33 @@ def test_routes_that_change_alike_share_a_line(tmp_path: Path) -> None:
     changes = [RouteChange(0, number, 1, 1.0) for number in (1, 2, 3, 4)] + [RouteChange(0, BROADCAST, BROADCAST, 0.0)]
     lines = log_of(recording(written(tmp_path / "x.mcap", [(MS, change) for change in changes], "abcde"), tmp_path))
     assert {text for *_, text in lines} == {"a: route to 4 nodes by b", "a: no route to a sink any more"}
+
+
+def test_the_routes_to_the_sink_are_lines_to_next_hops_while_they_hold(tmp_path: Path) -> None:
+    none, four = [""] * 4, [0.0] * 4
+    table = NodeTable(range(4), list("abcs"), none, ["sensor"] * 3 + ["sink"], [0, 10, 20, 30], four, none, none, four)
+    events: list[tuple[int, Event]] = [
+        (S, RouteChange(0, 3, 1, 2.0)),
+        (S, RouteChange(1, BROADCAST, 3, 1.0)),
+        (S, RouteChange(2, 0, 1, 2.0)),  # not towards a sink
+        (2 * S, RouteChange(0, 3, 2, 2.0)),
+        (3 * S, NodePositions([2], [20.0], [7.0])),
+        (4 * S, RouteChange(1, BROADCAST, BROADCAST, 0.0)),
+        (5 * S, NodeLife(0, "crashed", "")),
+    ]
+    with TraceWriter(tmp_path / "x.mcap", {}) as writer:
+        writer.write(table, 0)
+        for time_ns, event in events:
+            writer.write(event, time_ns)
+    lines = timed(recording(tmp_path / "x.mcap", tmp_path)["/map/routes"], "LineStrips2D:strips")
+    assert {time_ns // S: strips for time_ns, strips in lines.items()} == {
+        0: [],
+        1: [[[0, 0], [10, 0]], [[10, 0], [30, 0]]],
+        2: [[[0, 0], [20, 0]], [[10, 0], [30, 0]]],
+        3: [[[0, 0], [20, -7]], [[10, 0], [30, 0]]],
+        4: [[[0, 0], [20, -7]]],
+        5: [],
+    }
 
 
 def test_tasks_without_a_limit_and_drops_of_no_message_are_told_without_one(tmp_path: Path) -> None:
