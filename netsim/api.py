@@ -44,6 +44,8 @@ class Message:
         payload: The bytes that came over the air.
         received_ns: When it was complete, by this node's clock.
         hops: How many transmissions it took.
+        frame_began_ns: When the frame that completed it began to arrive, by this node's counter and with the error of the
+            radio's capture; None where the link layer cannot tell.
     """
 
     id: int
@@ -53,6 +55,7 @@ class Message:
     payload: bytes
     received_ns: int
     hops: int
+    frame_began_ns: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +135,25 @@ class NodeHandle(Protocol):
 
     @property
     def now_ns(self) -> int:
-        """This node's clock."""
+        """This node's clock: it may start off and drift, and somebody may set it (`adjust_clock`)."""
+        ...
+
+    @property
+    def counter_ns(self) -> int:
+        """The counter below the node's clock, which nobody sets: for measuring, and for protocols that set the clock."""
+        ...
+
+    def adjust_clock(self, step_ns: int, rate_ppb: int = 0) -> None:
+        """Set the node's clock; the counter below it runs on.
+
+        Args:
+            step_ns: Added to what the clock shows now.
+            rate_ppb: How much faster than the counter the clock runs from now on, in parts per 10^9, replacing what was
+                set before; at most 1,000,000 either way.
+
+        Raises:
+            AlgorithmError: For numbers that are not whole, or a rate out of range.
+        """
         ...
 
     @property
@@ -174,6 +195,17 @@ class NodeHandle(Protocol):
         """Send once to every node in direct reach; not acknowledged."""
         ...
 
+    def broadcast_stamped(self, kind: str, payload: bytes) -> Ticket:
+        """As `broadcast`, with a time stamp that the link layer writes as the frame begins.
+
+        It is what the clock then shows (`now_ns`), over the last eight bytes of the payload, little-endian and signed.
+        Every transmission of the frame has its own. The message names no causes.
+
+        Raises:
+            AlgorithmError: For a payload of under 8 or over 32 bytes: it must fit into one frame.
+        """
+        ...
+
     def receive(
         self,
         *,
@@ -181,15 +213,24 @@ class NodeHandle(Protocol):
         match: Callable[[Message], bool] | None = None,
         timeout_ns: int | None = None,
     ) -> Op[Message | None]:
-        """Wait for the next message that fits; None after `timeout_ns`. Messages that do not fit stay for others."""
+        """Wait for the next message that fits; None after `timeout_ns` of the node's clock, measured as in `pause`.
+
+        Messages that do not fit stay for others.
+        """
         ...
 
     def pause(self, duration_ns: int) -> Op[None]:
-        """Do nothing for a while; the radio keeps listening unless put to sleep."""
+        """Do nothing for a while, by the node's clock; the radio keeps listening unless put to sleep.
+
+        A duration is measured as the clock runs when it begins: setting the clock meanwhile changes nothing.
+        """
         ...
 
     def pause_until(self, time_ns: int) -> Op[None]:
-        """Do nothing until the node's clock shows `time_ns`; returns at once if that has passed."""
+        """Do nothing until the node's clock shows `time_ns`; returns at once if that has passed.
+
+        Where the clock is set meanwhile, it returns at the instant at which the clock, as set then, shows the time.
+        """
         ...
 
     def radio_sleep(self) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
@@ -16,7 +17,15 @@ class Metrics:
 
     def __init__(self) -> None:
         self._energy = Energy()
-        self._reducers = (Life(), GraphTraffic(), AssociationError(), MarginalError(), Traffic(), self._energy)
+        self._reducers = (
+            Life(),
+            GraphTraffic(),
+            AssociationError(),
+            MarginalError(),
+            Traffic(),
+            self._energy,
+            Clocks(),
+        )
 
     @property
     def observers(self) -> tuple[Observer, ...]:

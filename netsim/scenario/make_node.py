@@ -13,9 +13,12 @@ from netsim.scenario.schema import Scenario
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
+from netsim.sim.frames import MAC_OVERHEAD_BYTE
 from netsim.sim.inbox import Inbox
+from netsim.sim.local_clock import drawn_clock
 from netsim.sim.node import Parts
 from netsim.sim.radio import Radio
+from netsim.sim.stamps import Stamps
 from netsim.trace.recorder import Recorder
 
 DEVICES = ("radio", "cpu", "sensor")
@@ -44,17 +47,25 @@ def make_parts(place: Place, shared: Shared, on_empty: Callable[[], None], deliv
         deliver: Takes whole messages for its algorithm.
     """
     clock = shared.clock
+    local = drawn_clock(clock, place.group.clock, shared.streams.generator(f"node/{place.id}/clock"))
     account = Account()
     battery = Battery(clock, place.battery.energy_j, on_empty)
     meters = tuple(Meter(clock, battery, account, device) for device in DEVICES)
     radio = _radio(place, shared, meters[0])
     network = shared.make_network(place, deliver)
-    mac = shared.make_mac(place, radio, network.on_packet)
+    stamps = Stamps(clock, local)
+    radio.on_transmitting = stamps.leaving
+
+    def received(packet: bytes, neighbour: int) -> None:
+        stamps.came_in(radio.device.airtime_ns(MAC_OVERHEAD_BYTE + len(packet)))
+        network.on_packet(packet, neighbour)
+
+    mac = shared.make_mac(place, radio, received)
     network.attach(mac)
     sensor = place.sensor
     port = None if sensor is None else SensorPort(clock, sensor.power_mw, sensor.sample_time_ns, meters[2])
     cpu = Cpu(clock, place.cpu, meters[1])
-    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters)
+    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters, local, stamps)
 
 
 def _radio(place: Place, shared: Shared, meter: Meter) -> Radio:

@@ -14,6 +14,7 @@ from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
+from netsim.sim.local_clock import ClockParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
@@ -84,6 +85,8 @@ class NodeGroup:
     """What the nodes live on."""
     sensor: SensorParameters | None = SensorParameters()
     """The sensor's cost per reading; null for none."""
+    clock: ClockParameters | None = None
+    """How their clocks drift; null for perfect clocks."""
     algorithm: dict[str, Any] | None = None
     """What these nodes run, if not the scenario's algorithm."""
 

@@ -1,7 +1,7 @@
 """One sensor node as the simulation sees it: its devices, its network stack, the life of its algorithm."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,6 +13,8 @@ from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.inbox import Inbox
 from netsim.sim.layers import LinkLayer, NetworkLayer, Transceiver
+from netsim.sim.local_clock import LocalClock
+from netsim.sim.stamps import Stamps
 from netsim.sim.tasks import RunningTask, checked, place_of
 from netsim.trace.events import NodeLife
 from netsim.trace.recorder import Recorder
@@ -59,6 +61,8 @@ class Parts:
     network: NetworkLayer
     inbox: Inbox
     meters: tuple[Meter, ...]
+    clock: LocalClock
+    stamps: Stamps
 
     @property
     def is_quiet(self) -> bool:
@@ -148,7 +152,8 @@ class Node:
     def deliver(self, message: Message) -> None:
         """The network layer hands up a message; after the algorithm's end nobody reads it."""
         if not self._is_over:
-            self.parts.inbox.deliver(message)
+            now_ns, began_ns = self.parts.clock.now_ns, self.parts.stamps.began_ns
+            self.parts.inbox.deliver(replace(message, received_ns=now_ns, frame_began_ns=began_ns))
 
     def forget(self, operation: str) -> None:
         """The algorithm dropped an operation without waiting for it."""

@@ -78,6 +78,7 @@ class Radio:
         self._transmission: Transmission | None = None
         self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
         self.on_receive: Callable[[LinkFrame], None] = lambda frame: None
+        self.on_transmitting: Callable[[LinkFrame], None] = lambda frame: None
         self.on_transmitted: Callable[[LinkFrame], None] = lambda frame: None
         self.on_ready: Callable[[], None] = lambda: None
 
@@ -174,6 +175,7 @@ class Radio:
     def _transmit_now(self, frame: LinkFrame) -> None:
         label = "ack_transmit" if frame.is_ack else ("retransmit" if frame.attempt else "transmit")
         self._enter("transmit", self._transmit_mw, label, frame.kind)
+        self.on_transmitting(frame)
         self._transmission = self._medium.begin(self, frame)
 
     def _ready_in(self, delay_ns: int) -> None:
