@@ -15,6 +15,7 @@ from netsim.trace.events import BROADCAST, Event
 
 __all__ = [
     "BROADCAST",
+    "SERVICE_PREFIX",
     "Algorithm",
     "Delivery",
     "Message",
@@ -25,6 +26,9 @@ __all__ = [
     "Task",
     "Ticket",
 ]
+
+SERVICE_PREFIX = "service/"
+"""Messages of a kind that begins so are received only by who names their kind: by services that run beside an algorithm."""
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -215,7 +219,7 @@ class NodeHandle(Protocol):
     ) -> Op[Message | None]:
         """Wait for the next message that fits; None after `timeout_ns` of the node's clock, measured as in `pause`.
 
-        Messages that do not fit stay for others.
+        Messages that do not fit stay for others. Without `kinds` any message fits but those of services.
         """
         ...
 

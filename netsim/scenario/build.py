@@ -13,6 +13,7 @@ from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
+from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
 from netsim.scenario.links import air_between
 from netsim.scenario.load import LoadedScenario
@@ -23,7 +24,7 @@ from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
 from netsim.sim.clock import Clock
 from netsim.sim.handle import Handle
-from netsim.sim.node import Identity, Node
+from netsim.sim.node import Identity, Node, Service
 from netsim.sim.simulation import Member, Simulation
 from netsim.sim.tasks import place_of
 from netsim.trace.events import Event, FieldInfo, NodeTable
@@ -167,10 +168,21 @@ class _Builder:
             return nodes[0]
 
         parts = make_parts(place, self._shared, lambda: node().die(), lambda message: node().deliver(message))
-        nodes.append(Node(self._clock, self._identity(place), parts, self._recorder, on_end))
+        nodes.append(Node(self._clock, self._identity(place), parts, self._recorder, on_end, self._services()))
         handle = Handle(self._clock, node(), self._streams, self._recorder, self._ids)
         record: Any = self._scenario.algorithm if place.group.algorithm is None else place.group.algorithm
         return Member(node(), handle, self._algorithm(place, record))
+
+    def _services(self) -> list[Service]:
+        """What runs beside the algorithms."""
+        sync = self._scenario.time_sync
+        if sync is None:
+            return []
+        root = min(self._ids) if sync.root is None else sync.root
+        if root not in self._ids:
+            path = ("time_sync", "root")
+            raise ScenarioError([self._loaded.document.finding(path, "the id of a node", f"{root}, which none has")])
+        return [lambda node: flooding_time_sync(node, sync, root)]
 
     def _algorithm(self, place: Place, record: Any) -> Algorithm:
         """Make the algorithm of one node; a constructor of the user's that raises is a finding."""

@@ -14,6 +14,7 @@ from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
+from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.sim.local_clock import ClockParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
@@ -130,6 +131,8 @@ class Scenario:
     """Medium access."""
     network: NetworkParameters = ShortestPathParameters()
     """How messages find their way."""
+    time_sync: FloodingTimeSyncParameters | None = None
+    """How nodes set their clocks by each other, beside whatever they run; null for not at all."""
     problem: ProblemParameters = NoProblemParameters()
     """What the nodes are to find out."""
     algorithm: dict[str, Any]

@@ -6,7 +6,7 @@ from typing import Any, SupportsIndex, TypeVar, cast
 
 import numpy as np
 
-from netsim.api import BROADCAST, Message, Neighbour, Observation, Op
+from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op
 from netsim.errors import AlgorithmError
 from netsim.rng import Streams
 from netsim.sim.clock import Clock
@@ -207,7 +207,7 @@ class Handle:
 
     def _received(self, op: Op[Message | None]) -> Op[Message | None]:
         message = yield from op
-        if message is not None:
+        if message is not None and not message.kind.startswith(SERVICE_PREFIX):
             self._node.note_received(message.id)
         return message
 

@@ -1,6 +1,6 @@
 """One sensor node as the simulation sees it: its devices, its network stack, the life of its algorithm."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -20,6 +20,7 @@ from netsim.trace.events import NodeLife
 from netsim.trace.recorder import Recorder
 
 T = TypeVar("T")
+Service = Callable[[NodeHandle], Op[None]]
 Observe = Callable[[], np.ndarray[Any, np.dtype[np.float64]]]
 
 
@@ -93,6 +94,7 @@ class Node:
         parts: Its devices and layers.
         recorder: Where its events go.
         on_end: Called once when its algorithm is over, for whatever reason.
+        services: What runs beside the algorithm while it lasts, such as time synchronisation.
 
     Attributes:
         failure: What the algorithm raised, if it did.
@@ -106,12 +108,14 @@ class Node:
         parts: Parts,
         recorder: Recorder,
         on_end: Callable[["Node"], None],
+        services: Sequence[Service] = (),
     ) -> None:
         self._clock = clock
         self.identity = identity
         self.parts = parts
         self._recorder = recorder
         self._on_end = on_end
+        self._services = services
         self._tasks: list[RunningTask[Any]] = []
         self._main: RunningTask[None] | None = None
         self._received: list[int] = []
@@ -126,6 +130,8 @@ class Node:
         self._recorder.record(NodeLife(self.identity.id, "started", type(algorithm).__name__))
         self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
         self._clock.process(self._main.body())
+        for service in self._services:
+            self.spawn(service(handle))
 
     @property
     def is_running(self) -> bool:
