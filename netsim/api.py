@@ -7,19 +7,24 @@ receives. Payloads are bytes (see `netsim.codec`); nothing is passed between nod
 
 from collections.abc import Callable, Collection, Generator, Sequence
 from dataclasses import dataclass
+from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from netsim.errors import NetsimError
 from netsim.trace.events import BROADCAST, Event
 
 __all__ = [
     "BROADCAST",
     "SERVICE_PREFIX",
     "Algorithm",
+    "Budget",
     "Delivery",
+    "EnergyTask",
     "Message",
     "Neighbour",
+    "NoEnergyError",
     "NodeHandle",
     "Observation",
     "Op",
@@ -34,6 +39,13 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 Op = Generator[Any, Any, T]
 """An operation that takes simulated time: use it with `yield from`."""
+
+
+class NoEnergyError(NetsimError):
+    """Sensing or computing was refused: the node's energy allowance is used up, and its policy is to refuse.
+
+    Catch it where the algorithm can do without; uncaught it ends the algorithm on this node.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +141,71 @@ class Task(Protocol[T_co]):
         ...
 
 
+class Budget(Protocol):
+    """What a node may draw in the present period, all its devices together. Without an allowance it is only counted."""
+
+    @property
+    def allowance_j(self) -> float:
+        """What it may draw; infinity without an allowance."""
+        ...
+
+    @property
+    def spent_j(self) -> float:
+        """What it has drawn since the period began."""
+        ...
+
+    @property
+    def left_j(self) -> float:
+        """What is left of the allowance; 0 when it is used up."""
+        ...
+
+    @property
+    def is_short(self) -> bool:
+        """Whether it is used up."""
+        ...
+
+    @property
+    def replenishes_ns(self) -> int | None:
+        """When the next period begins, by the node's clock; None if there is none."""
+        ...
+
+
+class EnergyTask(Protocol):
+    """Counts what the node draws inside a `with` block, and holds it against an allowance if there is one.
+
+    Everything counts that the whole node draws meanwhile, listening and the work of other tasks included: tasks that
+    overlap count the same joules twice.
+    """
+
+    def __enter__(self) -> "EnergyTask":
+        """Begin to count."""
+        ...
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Count no further; what was spent can still be read."""
+        ...
+
+    @property
+    def allowance_j(self) -> float:
+        """What the task may draw; infinity if it is only counted."""
+        ...
+
+    @property
+    def spent_j(self) -> float:
+        """What the node has drawn since the task began, until it ended."""
+        ...
+
+    @property
+    def left_j(self) -> float:
+        """What is left of the allowance; 0 when it is used up."""
+        ...
+
+    @property
+    def is_short(self) -> bool:
+        """Whether it is used up."""
+        ...
+
+
 class NodeHandle(Protocol):
     """All that an algorithm may do on its node."""
 
@@ -178,6 +255,31 @@ class NodeHandle(Protocol):
     @property
     def energy_left_j(self) -> float:
         """Energy left in the battery; infinity on mains power."""
+        ...
+
+    @property
+    def budget(self) -> Budget:
+        """The node's energy allowance; what happens when it is used up is the scenario's policy.
+
+        `refuse`: messages end at once with `Delivery(False, "no_energy", 0)`, forwarded ones too; `sense` and `compute`
+        raise `NoEnergyError`. `sleep`: the radio powers down once it has sent what its MAC has already; up to 64 packets
+        wait and others are dropped as `queue_full`; `sense` and `compute` wait. `warn`: nothing happens. What has begun is
+        finished, acknowledgements are always sent, and merely waiting is free to go on.
+        """
+        ...
+
+    def task(self, name: str, *, allowance_j: float | None = None, policy: str = "warn") -> EnergyTask:
+        """A task whose energy is counted: `with node.task("round", allowance_j=0.01) as task: ...`.
+
+        Args:
+            name: For the trace.
+            allowance_j: What it may draw; None to count only.
+            policy: `warn`: look at `task.is_short`; `refuse`: while the task is open and its allowance used up, the node
+                refuses as in `budget`, whoever on it asks.
+
+        Raises:
+            AlgorithmError: For an allowance that is not above 0 or another policy.
+        """
         ...
 
     def send(self, destination: int, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> Ticket:
@@ -246,11 +348,15 @@ class NodeHandle(Protocol):
         ...
 
     def sense(self) -> Op[Observation]:
-        """Read the node's sensor: takes its time and energy."""
+        """Read the node's sensor: takes its time and energy. May raise `NoEnergyError` (see `budget`)."""
         ...
 
     def compute(self, operations: int) -> Op[None]:
-        """Occupy the CPU for a number of elementary operations: takes its time and energy."""
+        """Occupy the CPU for a number of elementary operations: takes its time and energy.
+
+        Only what is given here is charged: whatever else the algorithm computes takes no simulated time and no energy.
+        May raise `NoEnergyError` (see `budget`).
+        """
         ...
 
     def spawn(self, op: Op[T]) -> Task[T]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from netsim.metrics.budgets import Budgets
 from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
@@ -25,6 +26,7 @@ class Metrics:
             Traffic(),
             self._energy,
             Clocks(),
+            Budgets(),
         )
 
     @property

@@ -10,6 +10,7 @@ from netsim.scenario.make_medium import AnyMedium
 from netsim.scenario.make_network import NetworkMaker
 from netsim.scenario.places import Place
 from netsim.scenario.schema import Scenario
+from netsim.sim.budget import NodeBudget
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
@@ -18,6 +19,7 @@ from netsim.sim.inbox import Inbox
 from netsim.sim.local_clock import drawn_clock
 from netsim.sim.node import Parts
 from netsim.sim.radio import Radio
+from netsim.sim.radio_switch import RadioSwitch
 from netsim.sim.stamps import Stamps
 from netsim.trace.recorder import Recorder
 
@@ -61,11 +63,13 @@ def make_parts(place: Place, shared: Shared, on_empty: Callable[[], None], deliv
         network.on_packet(packet, neighbour)
 
     mac = shared.make_mac(place, radio, received)
-    network.attach(mac)
+    switch = RadioSwitch(mac)
+    budget = NodeBudget(clock, local, place.id, battery, place.group.budget, switch, mac, shared.recorder)
+    network.attach(budget)
     sensor = place.sensor
     port = None if sensor is None else SensorPort(clock, sensor.power_mw, sensor.sample_time_ns, meters[2])
     cpu = Cpu(clock, place.cpu, meters[1])
-    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters, local, stamps)
+    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters, local, stamps, switch, budget)
 
 
 def _radio(place: Place, shared: Shared, meter: Meter) -> Radio:

@@ -15,6 +15,7 @@ from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
+from netsim.sim.budget import BudgetParameters
 from netsim.sim.local_clock import ClockParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
@@ -88,6 +89,8 @@ class NodeGroup:
     """The sensor's cost per reading; null for none."""
     clock: ClockParameters | None = None
     """How their clocks drift; null for perfect clocks."""
+    budget: BudgetParameters | None = None
+    """What each of them may draw; null for whatever the battery holds."""
     algorithm: dict[str, Any] | None = None
     """What these nodes run, if not the scenario's algorithm."""
 

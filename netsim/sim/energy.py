@@ -80,6 +80,7 @@ class Battery:
         self._used_yj = 0
         self._since_ns = clock.now_ns
         self._guard_ns: int | None = None
+        self._listeners: list[Callable[[], None]] = []
         self.is_empty = False
 
     @property
@@ -101,6 +102,26 @@ class Battery:
         self._settle()
         self._power_fw = sum(meter.power_fw for meter in self._meters)
         self._arm()
+        for listener in list(self._listeners):
+            listener()
+
+    def follow(self, listener: Callable[[], None]) -> None:
+        """Call this whenever the power drawn has changed."""
+        self._listeners.append(listener)
+
+    def leave(self, listener: Callable[[], None]) -> None:
+        """Call it no more."""
+        self._listeners.remove(listener)
+
+    @property
+    def used_yj(self) -> int:
+        """Energy drawn until now, exactly."""
+        return self._used_now_yj
+
+    @property
+    def power_fw(self) -> int:
+        """Power drawn at present, exactly."""
+        return self._power_fw
 
     def check_closure(self, account: Account, node: int) -> None:
         """Compare the integrated draw with the ledger.

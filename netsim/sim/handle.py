@@ -1,5 +1,6 @@
 """What an algorithm holds of its node: `netsim.api.NodeHandle` and not a name more."""
 
+import math
 import operator
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, SupportsIndex, TypeVar, cast
@@ -9,6 +10,7 @@ import numpy as np
 from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op
 from netsim.errors import AlgorithmError
 from netsim.rng import Streams
+from netsim.sim.budget import EnergyTask, NodeBudget, Policy
 from netsim.sim.clock import Clock
 from netsim.sim.devices import SensorPort
 from netsim.sim.node import Node
@@ -89,6 +91,21 @@ class Handle:
         """See `NodeHandle.energy_left_j`."""
         return self._node.parts.battery.left_j
 
+    @property
+    def budget(self) -> NodeBudget:
+        """See `NodeHandle.budget`."""
+        return self._node.parts.budget
+
+    def task(self, name: str, *, allowance_j: float | None = None, policy: str = "warn") -> EnergyTask:
+        """See `NodeHandle.task`."""
+        if policy not in ("warn", "refuse"):
+            message = f"task(policy={policy!r}): the policy of a task is 'warn' or 'refuse'"
+            raise AlgorithmError(message)
+        if allowance_j is not None and not 0.0 < allowance_j < math.inf:
+            message = f"task(allowance_j={allowance_j!r}) takes joules above 0, or None to count only"
+            raise AlgorithmError(message)
+        return self._node.parts.budget.task(name, allowance_j, cast(Policy, policy))
+
     def send(
         self, destination: int, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
     ) -> SentMessage:
@@ -141,11 +158,11 @@ class Handle:
 
     def radio_sleep(self) -> None:
         """See `NodeHandle.radio_sleep`."""
-        self._node.parts.mac.sleep()
+        self._node.parts.switch.sleep()
 
     def radio_wake(self) -> None:
         """See `NodeHandle.radio_wake`."""
-        self._node.parts.mac.wake()
+        self._node.parts.switch.wake()
 
     def sense(self) -> Op[Observation]:
         """See `NodeHandle.sense`."""
@@ -156,7 +173,7 @@ class Handle:
 
     def compute(self, operations: int) -> Op[None]:
         """See `NodeHandle.compute`."""
-        return self._operation("compute", self._node.parts.cpu.compute(self._not_negative("compute", operations)))
+        return self._operation("compute", self._compute(self._not_negative("compute", operations)))
 
     def spawn(self, op: Op[T]) -> RunningTask[T]:
         """See `NodeHandle.spawn`."""
@@ -201,7 +218,12 @@ class Handle:
     def _pause(self, duration_ns: int) -> Op[None]:
         yield self._clock.timeout(self._delay_of(duration_ns))
 
+    def _compute(self, operations: int) -> Op[None]:
+        yield from self._node.parts.budget.admit("compute")
+        yield from self._node.parts.cpu.compute(operations)
+
     def _sense(self, sensor: SensorPort) -> Op[Observation]:
+        yield from self._node.parts.budget.admit("sense")
         yield from sensor.sample()
         return Observation(self.now_ns, self._node.identity.observe())
 

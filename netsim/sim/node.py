@@ -8,12 +8,14 @@ import numpy as np
 
 from netsim.api import Algorithm, Message, Neighbour, NodeHandle, Op
 from netsim.errors import AlgorithmError, InvariantError, NetsimError
+from netsim.sim.budget import NodeBudget
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.inbox import Inbox
 from netsim.sim.layers import LinkLayer, NetworkLayer, Transceiver
 from netsim.sim.local_clock import LocalClock
+from netsim.sim.radio_switch import RadioSwitch
 from netsim.sim.stamps import Stamps
 from netsim.sim.tasks import RunningTask, checked, place_of
 from netsim.trace.events import NodeLife
@@ -64,11 +66,13 @@ class Parts:
     meters: tuple[Meter, ...]
     clock: LocalClock
     stamps: Stamps
+    switch: RadioSwitch
+    budget: NodeBudget
 
     @property
     def is_quiet(self) -> bool:
         """Nothing left to send and no frame under way."""
-        return self.mac.pending == 0 and self.radio.state not in ("transmit", "switch")
+        return self.mac.pending == 0 and self.budget.held == 0 and self.radio.state not in ("transmit", "switch")
 
     def settle(self) -> None:
         """Book what every device has drawn until now."""
@@ -78,6 +82,7 @@ class Parts:
 
     def stop(self) -> None:
         """Every device off, at this nanosecond."""
+        self.budget.give_up("died")
         self.mac.stop()
         self.radio.die()
         self.cpu.stop()

@@ -140,7 +140,7 @@ class EnergyBudget:
     topic: ClassVar[str] = "/nodes/budget"
     node: U32
     event: Text
-    """`short`, `replenished`, `refused`."""
+    """`short`, `replenished`, `refused`; `ended` for a task that has ended."""
     task: Text
     """What the allowance is for; empty for the node's own."""
     spent_j: F64
