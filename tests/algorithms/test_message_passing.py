@@ -214,3 +214,18 @@ def test_asynchronous_runs_have_no_rounds(scenarios: Path) -> None:
     metrics = simulate(path, ["algorithm.schedule=asynchronous", *IDEAL])[2].metrics
     assert "rounds" not in metrics
     assert 0 < metrics["last_news_s"] < metrics["simulated_s"]
+
+
+@pytest.mark.parametrize(("allowance_j", "rounds"), [(0.26, 1), (0.32, 2)])
+def test_a_node_short_of_energy_raises_its_tolerance(allowance_j: float, rounds: int, scenarios: Path) -> None:
+    """56.4 mW of listening use 0.26 J up between 4 and 5 s, 0.32 J between 5 and 6 s: before round 1 and round 2."""
+    budget = f"nodes[0].budget={{allowance_j: {allowance_j}, policy: warn}}"
+    common = [*IDEAL, "seed=2", "algorithm.tolerance=0.01", budget]
+    quickstart = scenarios / "quickstart.yaml"
+    usual = sent_by_round(simulate(quickstart, common)[1])
+    thrifty = sent_by_round(simulate(quickstart, [*common, "algorithm.tolerance_when_short=1000"])[1])
+    free = sent_by_round(simulate(quickstart, [*common[:-1], "algorithm.tolerance_when_short=1000"])[1])
+    assert free == usual
+    assert all(usual[number] for number in (0, 1, 2))
+    assert all(thrifty[number] == usual[number] for number in range(rounds))
+    assert not any(thrifty[number] for number in thrifty if number >= rounds)
