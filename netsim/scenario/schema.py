@@ -16,6 +16,7 @@ from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.sim.budget import BudgetParameters
+from netsim.sim.duty_cycle import DutyCycleParameters
 from netsim.sim.local_clock import ClockParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
@@ -89,6 +90,8 @@ class NodeGroup:
     """The sensor's cost per reading; null for none."""
     clock: ClockParameters | None = None
     """How their clocks drift; null for perfect clocks."""
+    duty_cycle: DutyCycleParameters | None = None
+    """When their radios sleep; null for never, unless the MAC or the algorithm lets them."""
     budget: BudgetParameters | None = None
     """What each of them may draw; null for whatever the battery holds."""
     algorithm: dict[str, Any] | None = None
