@@ -244,12 +244,12 @@ class NodeHandle(Protocol):
 
     @property
     def position_m(self) -> tuple[float, float]:
-        """Where this node believes it is."""
+        """Where this node believes it is: where it is, also if it moves."""
         ...
 
     @property
     def neighbours(self) -> Sequence[Neighbour]:
-        """Nodes within direct radio reach, by id."""
+        """Nodes within direct radio reach, by id; those that were given follow nodes that move."""
         ...
 
     @property

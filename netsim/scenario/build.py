@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,11 +19,13 @@ from netsim.scenario.links import air_between
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.make_mac import MacMaker
 from netsim.scenario.make_medium import make_medium
+from netsim.scenario.make_motion import movers, require_moving_air
 from netsim.scenario.make_network import NetworkMaker
 from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
 from netsim.sim.clock import Clock
 from netsim.sim.handle import Handle
+from netsim.sim.mobility import Mobility
 from netsim.sim.node import Identity, Node, Service
 from netsim.sim.simulation import Member, Simulation
 from netsim.sim.tasks import place_of
@@ -131,7 +133,16 @@ class _Builder:
         )
         for place in self._places:
             simulation.add(self._member(place, simulation.node_ended))
+        self._set_in_motion(simulation)
         return Built(simulation, self._problem)
+
+    def _set_in_motion(self, simulation: Simulation) -> None:
+        """Let the nodes move that are to."""
+        moving = movers(self._loaded, self._places)
+        if moving:
+            air, medium = cast(Any, self._air), cast(Any, self._medium)
+            require_moving_air(self._loaded, air)
+            Mobility(self._clock, self._recorder, moving, simulation.nodes, air, medium.replace_links)
 
     def _opening(self) -> list[Event]:
         field = self._scenario.field

@@ -10,6 +10,7 @@ from annotated_types import MinLen
 from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters
 from netsim.models.placement import PlacementParameters
 from netsim.models.sensors import SensorParameters
+from netsim.models.waypoints import WaypointMobility
 from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
@@ -76,6 +77,8 @@ class NodeGroup:
     """Name of the group."""
     placement: PlacementParameters
     """Where its nodes stand."""
+    mobility: WaypointMobility | None = None
+    """How they move; null for nodes that stay."""
     role: Literal["sensor", "sink"] = "sensor"
     """A sink has no sensor; it is usually mains-powered."""
     radio: Name = "cc2420"
