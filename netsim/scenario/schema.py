@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import MinLen
 
+from netsim.metrics.lifetime import DutyPlan
 from netsim.models.path_loss import IdealMediumParameters, LogDistanceParameters
 from netsim.models.placement import PlacementParameters
 from netsim.models.sensors import SensorParameters
@@ -146,5 +147,7 @@ class Scenario:
     """What the nodes are to find out."""
     algorithm: dict[str, Any]
     """What the nodes run: `type` names a shipped algorithm (see `netsim list`) or your own `module:Class`."""
+    duty_plan: DutyPlan | None = None
+    """A node's day, for `netsim lifetime`; it changes nothing in the run."""
     trace: TraceParameters = TraceParameters()
     """What the trace holds."""
