@@ -6,6 +6,10 @@ networks", Mathematical and Computer Modelling 43 (2006): messages eqs (3) and (
 Each node serves all vertices of the graphical model that it hosts. Messages between co-hosted vertices cost no air; those
 for vertices on one other node travel together. A round: take what has arrived, compute every outgoing message, send those
 the rule selects. A receiver goes on with the last message it has where none arrived, whether it was not sent or was lost.
+
+What the processor is charged for: the sensor's reading, and in every round but the first the elementary operations of
+computing all outgoing messages. Not charged: building the vertices and their compatibility functions at the start, the
+divergences by which the rule selects, encoding and decoding, the decisions and beliefs that are only recorded.
 """
 
 from collections.abc import Iterable, Mapping
