@@ -82,7 +82,6 @@ class Parts:
 
     def stop(self) -> None:
         """Every device off, at this nanosecond."""
-        self.budget.give_up("died")
         self.mac.stop()
         self.radio.die()
         self.cpu.stop()
@@ -157,6 +156,7 @@ class Node:
         The processes end first: what they do while clearing up (`finally`) still happens in life.
         """
         self._end(None)
+        self.parts.budget.give_up("died")
         self._recorder.record(NodeLife(self.identity.id, "died", "battery empty"))
         self.parts.stop()
 

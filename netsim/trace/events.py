@@ -275,8 +275,9 @@ class MessageDropped:
     """Where it was given up."""
     kind: Text
     reason: Text
-    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`. After
-    `no_ack` the message may have arrived all the same. What waits at a node when it dies is lost without an event."""
+    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`, `died` (what
+    waited for an energy allowance). After `no_ack` the message may have arrived all the same. What waits at a node's MAC
+    when it dies is lost without an event."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Ways of mobile nodes: where a node is at every time, and what a file of ways must look like."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netsim.errors import ScenarioError
@@ -21,6 +21,7 @@ def test_straight_lines_at_even_speed_and_then_rest():
     assert path.end_ns == 15 * S
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.integers(1, 10**6), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)), min_size=1, max_size=6),
     st.integers(0, 10**7),

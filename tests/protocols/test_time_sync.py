@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netsim.errors import ScenarioError
@@ -62,6 +62,7 @@ def errors_us(events, since_s):
     return np.array([sample - sample[0] for sample in samples]) * 1e6
 
 
+@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0, 10**5), st.integers(-2000, 2000)), min_size=2, max_size=8, unique_by=lambda p: p[0]

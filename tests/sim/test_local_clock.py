@@ -25,23 +25,27 @@ LINES = st.builds(
 READINGS = st.integers(-(10**18), 10**18)
 
 
+@settings(deadline=None)
 @given(LINES, READINGS)
 def test_a_line_is_the_exact_rational_rounded_down(line, reading):
     exact = line.shown + (reading - line.since) * (1 + Fraction(line.excess, line.parts))
     assert line.at(reading) == exact.__floor__()
 
 
+@settings(deadline=None)
 @given(LINES, READINGS)
 def test_first_is_the_first(line, shown):
     first = line.first(shown)
     assert line.at(first) >= shown > line.at(first - 1)
 
 
+@settings(deadline=None)
 @given(LINES, READINGS, st.integers(0, 10**12))
 def test_a_line_never_decreases(line, reading, further):
     assert line.at(reading) <= line.at(reading + further)
 
 
+@settings(deadline=None)
 @given(st.integers(-(10**10), 10**10), st.integers(-300 * PPM, 300 * PPM), READINGS)
 def test_there_and_back(offset_ns, drift_ppt, true_ns):
     clock = LocalClock(Clock(), offset_ns, drift_ppt)
@@ -96,12 +100,12 @@ class Waiter:
 
 
 ADJUSTMENTS = st.lists(
-    st.tuples(st.integers(1, 2000), st.integers(-3000, 3000), st.integers(-(10**6), 10**6)), max_size=6
+    st.tuples(st.integers(1, 800), st.integers(-1000, 1000), st.integers(-(10**6), 10**6)), max_size=6
 )
 
 
-@settings(max_examples=200)
-@given(st.integers(-1000, 1000), st.integers(-300 * PPM, 300 * PPM), ADJUSTMENTS, st.integers(1, 20_000))
+@settings(max_examples=150, deadline=None)
+@given(st.integers(-1000, 1000), st.integers(-300 * PPM, 300 * PPM), ADJUSTMENTS, st.integers(1, 4000))
 def test_a_waiter_is_woken_at_the_first_instant_at_which_the_clock_shows_its_time(
     offset_ns, drift_ppt, changes, goal_ns
 ):
@@ -115,7 +119,7 @@ def test_a_waiter_is_woken_at_the_first_instant_at_which_the_clock_shows_its_tim
     first_ns = None
     pending = list(changes)
     at_ns = pending[0][0] if pending else -1
-    while true.now_ns < 60_000 and waiter.woken_ns is None:
+    while true.now_ns < 20_000 and waiter.woken_ns is None:
         if true.now_ns == at_ns:
             _, step_ns, rate_ppb = pending.pop(0)
             local.adjust(step_ns, rate_ppb)
