@@ -46,6 +46,10 @@ def outlook(folder: Path, changes: Mapping[str, Any]) -> Outlook:
     scenario = loaded.scenario
     activity_s = figures["simulated_s"] / plan.activities_per_run
     nodes = places(loaded, Streams(scenario.seed, scenario.repetition))
+    names = [place.name for place in nodes]
+    if twice := {name for name in names if names.count(name) > 1}:
+        message = f"several nodes are called {min(twice)}: expected names that differ, for the run's figures go by name"
+        raise ScenarioError(message)
     uses = [_use(place, figures, plan) for place in nodes]
     run = f"the run {scenario.name} (seed {scenario.seed}, {figures['simulated_s']:g} s simulated)"
     if figures.get("interrupted"):

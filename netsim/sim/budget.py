@@ -210,8 +210,9 @@ class NodeBudget:
             raise NoEnergyError(message)
 
     def restart(self) -> None:
-        """The node is up again after a crash; what it drew before still counts."""
+        """The node is up again after a crash, its radio listening; what it drew before still counts."""
         self._is_down = False
+        self._switch.restart()
         if self._sleeps:
             self._switch.hold()
 

@@ -26,6 +26,11 @@ class RadioSwitch:
         if not self._is_held:
             self._mac.wake()
 
+    def restart(self) -> None:
+        """The node is up again after a crash: nothing is wished any more, and nothing held."""
+        self._wants_sleep = False
+        self._is_held = False
+
     def hold(self) -> None:
         """Let it sleep, whatever is wished."""
         self._is_held = True

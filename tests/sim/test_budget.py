@@ -17,6 +17,7 @@ from netsim.sim.allowance import Allowance
 from netsim.sim.budget import BudgetParameters, NodeBudget
 from netsim.sim.clock import Clock
 from netsim.sim.local_clock import LocalClock
+from netsim.sim.mac.link import LinkJob
 from netsim.sim.radio_switch import RadioSwitch
 from netsim.testing import run_algorithm
 from netsim.trace.events import (
@@ -104,7 +105,7 @@ def expected_notes(changes, allowance_j, period_ns, end_ns):
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(
-        st.tuples(st.integers(0, 2 * S), st.integers(0, 2), st.sampled_from([0.0, 0.06, 5.4, 56.4])),
+        st.tuples(st.integers(1, 2 * S), st.integers(0, 2), st.sampled_from([0.0, 0.06, 5.4, 56.4])),
         min_size=1,
         max_size=8,
     ),
@@ -372,3 +373,36 @@ def test_what_a_task_cannot_be(arguments):
 
     with pytest.raises(AlgorithmError, match="task"):
         run_algorithm(Wrong(), 1).require_success()
+
+
+class Calls(NoMac):
+    """Notes what the switch tells it."""
+
+    def __init__(self):
+        self.calls = []
+
+    def sleep(self):
+        self.calls.append("sleep")
+
+    def wake(self):
+        self.calls.append("wake")
+
+
+def test_a_crash_ends_what_waits_and_a_reboot_finds_the_allowance_as_it_was():
+    """100 mW use 0.1 J up in a second; down from 1.2 to 4.5 s, in the middle of the third period of two seconds."""
+    bench, notes, mac = Bench(), Notes(), Calls()
+    recorder = Recorder(lambda: bench.clock.now_ns, [notes])
+    parameters = BudgetParameters(allowance_j=0.1, per=2.0, policy="sleep")
+    budget = NodeBudget(
+        bench.clock, LocalClock(bench.clock), 1, bench.battery, parameters, RadioSwitch(mac), mac, recorder
+    )
+    fates = []
+    bench.meters[0].draw(100.0, "on")
+    at = lambda time_s, action: bench.clock.call_after(round(time_s * S), lambda _: action())  # noqa: E731
+    at(1.1, lambda: budget.submit(LinkJob(2, b"", "k", 1, fates.append)))
+    at(1.2, lambda: (budget.give_up("crashed"), bench.meters[0].draw(0.0, "off")))
+    at(4.5, lambda: (bench.meters[0].draw(100.0, "on"), budget.restart()))
+    bench.clock.environment.run(until=7 * S)
+    assert [(fate.reason, fate.attempts) for fate in fates] == [("crashed", 0)]
+    assert notes.events == [(S, "short"), (5_500_000_000, "short"), (6 * S, "replenished"), (7 * S, "short")][:3]
+    assert mac.calls == ["sleep", "sleep", "wake"]
