@@ -7,18 +7,24 @@ receives. Payloads are bytes (see `netsim.codec`); nothing is passed between nod
 
 from collections.abc import Callable, Collection, Generator, Sequence
 from dataclasses import dataclass
+from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from netsim.errors import NetsimError
 from netsim.trace.events import BROADCAST, Event
 
 __all__ = [
     "BROADCAST",
+    "SERVICE_PREFIX",
     "Algorithm",
+    "Budget",
     "Delivery",
+    "EnergyTask",
     "Message",
     "Neighbour",
+    "NoEnergyError",
     "NodeHandle",
     "Observation",
     "Op",
@@ -26,10 +32,20 @@ __all__ = [
     "Ticket",
 ]
 
+SERVICE_PREFIX = "service/"
+"""Messages of a kind that begins so are received only by who names their kind: by services that run beside an algorithm."""
+
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 Op = Generator[Any, Any, T]
 """An operation that takes simulated time: use it with `yield from`."""
+
+
+class NoEnergyError(NetsimError):
+    """Sensing or computing was refused: the node's energy allowance is used up, and its policy is to refuse.
+
+    Catch it where the algorithm can do without; uncaught it ends the algorithm on this node.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +60,8 @@ class Message:
         payload: The bytes that came over the air.
         received_ns: When it was complete, by this node's clock.
         hops: How many transmissions it took.
+        frame_began_ns: When the frame that completed it began to arrive, by this node's counter and with the error of the
+            radio's capture; None where the link layer cannot tell.
     """
 
     id: int
@@ -53,6 +71,7 @@ class Message:
     payload: bytes
     received_ns: int
     hops: int
+    frame_began_ns: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +141,71 @@ class Task(Protocol[T_co]):
         ...
 
 
+class Budget(Protocol):
+    """What a node may draw in the present period, all its devices together. Without an allowance it is only counted."""
+
+    @property
+    def allowance_j(self) -> float:
+        """What it may draw; infinity without an allowance."""
+        ...
+
+    @property
+    def spent_j(self) -> float:
+        """What it has drawn since the period began."""
+        ...
+
+    @property
+    def left_j(self) -> float:
+        """What is left of the allowance; 0 when it is used up."""
+        ...
+
+    @property
+    def is_short(self) -> bool:
+        """Whether it is used up."""
+        ...
+
+    @property
+    def replenishes_ns(self) -> int | None:
+        """When the next period begins, by the node's clock; None if there is none."""
+        ...
+
+
+class EnergyTask(Protocol):
+    """Counts what the node draws inside a `with` block, and holds it against an allowance if there is one.
+
+    Everything counts that the whole node draws meanwhile, listening and the work of other tasks included: tasks that
+    overlap count the same joules twice.
+    """
+
+    def __enter__(self) -> "EnergyTask":
+        """Begin to count."""
+        ...
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Count no further; what was spent can still be read."""
+        ...
+
+    @property
+    def allowance_j(self) -> float:
+        """What the task may draw; infinity if it is only counted."""
+        ...
+
+    @property
+    def spent_j(self) -> float:
+        """What the node has drawn since the task began, until it ended."""
+        ...
+
+    @property
+    def left_j(self) -> float:
+        """What is left of the allowance; 0 when it is used up."""
+        ...
+
+    @property
+    def is_short(self) -> bool:
+        """Whether it is used up."""
+        ...
+
+
 class NodeHandle(Protocol):
     """All that an algorithm may do on its node."""
 
@@ -132,7 +216,25 @@ class NodeHandle(Protocol):
 
     @property
     def now_ns(self) -> int:
-        """This node's clock."""
+        """This node's clock: it may start off and drift, and somebody may set it (`adjust_clock`)."""
+        ...
+
+    @property
+    def counter_ns(self) -> int:
+        """The counter below the node's clock, which nobody sets: for measuring, and for protocols that set the clock."""
+        ...
+
+    def adjust_clock(self, step_ns: int, rate_ppb: int = 0) -> None:
+        """Set the node's clock; the counter below it runs on.
+
+        Args:
+            step_ns: Added to what the clock shows now.
+            rate_ppb: How much faster than the counter the clock runs from now on, in parts per 10^9, replacing what was
+                set before; at most 1,000,000 either way.
+
+        Raises:
+            AlgorithmError: For numbers that are not whole, or a rate out of range.
+        """
         ...
 
     @property
@@ -142,17 +244,42 @@ class NodeHandle(Protocol):
 
     @property
     def position_m(self) -> tuple[float, float]:
-        """Where this node believes it is."""
+        """Where this node believes it is: where it is, also if it moves."""
         ...
 
     @property
     def neighbours(self) -> Sequence[Neighbour]:
-        """Nodes within direct radio reach, by id."""
+        """Nodes within direct radio reach, by id; those that were given follow nodes that move."""
         ...
 
     @property
     def energy_left_j(self) -> float:
         """Energy left in the battery; infinity on mains power."""
+        ...
+
+    @property
+    def budget(self) -> Budget:
+        """The node's energy allowance; what happens when it is used up is the scenario's policy.
+
+        `refuse`: messages end at once with `Delivery(False, "no_energy", 0)`, forwarded ones too; `sense` and `compute`
+        raise `NoEnergyError`. `sleep`: the radio powers down once it has sent what its MAC has already; up to 64 packets
+        wait and others are dropped as `queue_full`; `sense` and `compute` wait. `warn`: nothing happens. What has begun is
+        finished, acknowledgements are always sent, and merely waiting is free to go on.
+        """
+        ...
+
+    def task(self, name: str, *, allowance_j: float | None = None, policy: str = "warn") -> EnergyTask:
+        """A task whose energy is counted: `with node.task("round", allowance_j=0.01) as task: ...`.
+
+        Args:
+            name: For the trace.
+            allowance_j: What it may draw; None to count only.
+            policy: `warn`: look at `task.is_short`; `refuse`: while the task is open and its allowance used up, the node
+                refuses as in `budget`, whoever on it asks.
+
+        Raises:
+            AlgorithmError: For an allowance that is not above 0 or another policy.
+        """
         ...
 
     def send(self, destination: int, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> Ticket:
@@ -174,6 +301,17 @@ class NodeHandle(Protocol):
         """Send once to every node in direct reach; not acknowledged."""
         ...
 
+    def broadcast_stamped(self, kind: str, payload: bytes) -> Ticket:
+        """As `broadcast`, with a time stamp that the link layer writes as the frame begins.
+
+        It is what the clock then shows (`now_ns`), over the last eight bytes of the payload, little-endian and signed.
+        Every transmission of the frame has its own. The message names no causes.
+
+        Raises:
+            AlgorithmError: For a payload of under 8 or over 32 bytes: it must fit into one frame.
+        """
+        ...
+
     def receive(
         self,
         *,
@@ -181,15 +319,24 @@ class NodeHandle(Protocol):
         match: Callable[[Message], bool] | None = None,
         timeout_ns: int | None = None,
     ) -> Op[Message | None]:
-        """Wait for the next message that fits; None after `timeout_ns`. Messages that do not fit stay for others."""
+        """Wait for the next message that fits; None after `timeout_ns` of the node's clock, measured as in `pause`.
+
+        Messages that do not fit stay for others. Without `kinds` any message fits but those of services.
+        """
         ...
 
     def pause(self, duration_ns: int) -> Op[None]:
-        """Do nothing for a while; the radio keeps listening unless put to sleep."""
+        """Do nothing for a while, by the node's clock; the radio keeps listening unless put to sleep.
+
+        A duration is measured as the clock runs when it begins: setting the clock meanwhile changes nothing.
+        """
         ...
 
     def pause_until(self, time_ns: int) -> Op[None]:
-        """Do nothing until the node's clock shows `time_ns`; returns at once if that has passed."""
+        """Do nothing until the node's clock shows `time_ns`; returns at once if that has passed.
+
+        Where the clock is set meanwhile, it returns at the instant at which the clock, as set then, shows the time.
+        """
         ...
 
     def radio_sleep(self) -> None:
@@ -208,11 +355,15 @@ class NodeHandle(Protocol):
         ...
 
     def sense(self) -> Op[Observation]:
-        """Read the node's sensor: takes its time and energy."""
+        """Read the node's sensor: takes its time and energy. May raise `NoEnergyError` (see `budget`)."""
         ...
 
     def compute(self, operations: int) -> Op[None]:
-        """Occupy the CPU for a number of elementary operations: takes its time and energy."""
+        """Occupy the CPU for a number of elementary operations: takes its time and energy.
+
+        Only what is given here is charged: whatever else the algorithm computes takes no simulated time and no energy.
+        May raise `NoEnergyError` (see `budget`).
+        """
         ...
 
     def spawn(self, op: Op[T]) -> Task[T]:

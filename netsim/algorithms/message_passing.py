@@ -6,6 +6,10 @@ networks", Mathematical and Computer Modelling 43 (2006): messages eqs (3) and (
 Each node serves all vertices of the graphical model that it hosts. Messages between co-hosted vertices cost no air; those
 for vertices on one other node travel together. A round: take what has arrived, compute every outgoing message, send those
 the rule selects. A receiver goes on with the last message it has where none arrived, whether it was not sent or was lost.
+
+What the processor is charged for: the sensor's reading, and in every round but the first the elementary operations of
+computing all outgoing messages. Not charged: building the vertices and their compatibility functions at the start, the
+divergences by which the rule selects, encoding and decoding, the decisions and beliefs that are only recorded.
 """
 
 from collections.abc import Iterable, Mapping
@@ -14,7 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from netsim.algorithms.hosting import Hosting, prepare
-from netsim.algorithms.message_passing_parameters import LAST_ROUND, SETTLED, MessagePassingParameters, rule_of
+from netsim.algorithms.message_passing_parameters import (
+    LAST_ROUND,
+    SETTLED,
+    MessagePassingParameters,
+    rule_of,
+    tolerance_of,
+)
 from netsim.api import Message, NodeHandle, Op, Ticket
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
@@ -122,7 +132,7 @@ class MessagePassing:
             yield from node.pause_until(start_ns + number * round_ns)
             late_ns = node.now_ns - (start_ns + number * round_ns)
             yield from self._collect(node, hosted, number)
-            outputs = self._outputs(hosted, number)
+            outputs = self._outputs(node, hosted, number)
             if number > 0:
                 self._report(node, hosted, number - 1)
                 yield from node.compute(hosted.operations)
@@ -133,7 +143,7 @@ class MessagePassing:
     def _whenever(self, node: NodeHandle, hosted: Hosted, start_ns: int) -> Op[None]:
         """Asynchronous: compute when something has arrived, until the time is over."""
         end_ns = start_ns + (self._parameters.rounds + 1) * s_to_ns(self._parameters.round_s)
-        yield from self._send(node, hosted, 0, self._outputs(hosted, 0), 0)
+        yield from self._send(node, hosted, 0, self._outputs(node, hosted, 0), 0)
         number = 0
         news = True
         while node.now_ns < end_ns:
@@ -145,16 +155,18 @@ class MessagePassing:
             yield from node.pause(s_to_ns(self._parameters.hold_s))
             yield from self._collect(node, hosted, None)
             number += 1
-            outputs = self._outputs(hosted, number)
+            outputs = self._outputs(node, hosted, number)
             yield from node.compute(hosted.operations)
             news = yield from self._send(node, hosted, number, outputs, 0)
 
-    def _outputs(self, hosted: Hosted, number: int) -> dict[int, RoundOutput]:
+    def _outputs(self, node: NodeHandle, hosted: Hosted, number: int) -> dict[int, RoundOutput]:
         """What each hosted vertex sends in a round, from what was received before it."""
         if number == 0:
             return {vertex: sender.start() for vertex, sender in hosted.senders.items()}
+        tolerance = tolerance_of(self._parameters, node.budget.is_short)
         return {
-            vertex: sender.step(hosted.incoming[vertex], self._semiring) for vertex, sender in hosted.senders.items()
+            vertex: sender.step(hosted.incoming[vertex], self._semiring, tolerance)
+            for vertex, sender in hosted.senders.items()
         }
 
     def _send(

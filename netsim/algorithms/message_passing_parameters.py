@@ -57,6 +57,9 @@ class CommunicationSensitiveParameters(MessagePassingParameters):
 
     tolerance: NonNegative = 0.1
     """A message is sent when its Kullback-Leibler divergence (eq 19) exceeds this."""
+    tolerance_when_short: NonNegative | None = None
+    """Replaces `tolerance` in rounds in which the node's energy allowance is used up (`budget` of its group, with the
+    policy `warn`: with `refuse` it could send nothing); null for no difference."""
     first_round: Literal["init", "both", "ones"] = "init"
     """`init`: uniform messages are sent first and the first computed ones compared with them; `both`: the first computed
     ones are always sent; `ones`: compared with unnormalised ones, nothing sent first."""
@@ -94,6 +97,18 @@ class CsspParameters(CommunicationSensitiveParameters):
     """Communication-sensitive sum-product."""
 
     type: Literal["cssp"] = "cssp"
+
+
+def tolerance_of(parameters: MessagePassingParameters, is_short: bool) -> float | None:
+    """What replaces the rule's tolerance in a round; None for nothing.
+
+    Args:
+        parameters: Of the algorithm.
+        is_short: Whether the node's energy allowance is used up.
+    """
+    if isinstance(parameters, CommunicationSensitiveParameters) and is_short:
+        return parameters.tolerance_when_short
+    return None
 
 
 def rule_of(parameters: MessagePassingParameters) -> CommunicationRule:

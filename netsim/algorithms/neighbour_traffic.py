@@ -13,7 +13,7 @@ PING = "ping"
 
 @parameters
 class NeighbourTrafficParameters:
-    """Each node, once a period at its own random phase, sends one message to each of its nearest neighbours."""
+    """Each node, once a period at its own random phase, sends one message to each of those nearest to it then."""
 
     type: Literal["neighbour-traffic"] = "neighbour-traffic"
     period_s: Positive = 1.0
@@ -21,7 +21,7 @@ class NeighbourTrafficParameters:
     payload_byte: Annotated[int, Ge(0), Le(100_000)] = 50
     """Size of each message."""
     neighbours: PositiveInt = 4
-    """How many of the nearest neighbours are told."""
+    """How many of the neighbours that it knows at that moment are told, the nearest first."""
     rounds: PositiveInt = 10
     """How many bursts."""
 
@@ -35,12 +35,11 @@ class NeighbourTraffic:
     def run(self, node: NodeHandle) -> Op[None]:
         """See `netsim.api.Algorithm.run`."""
         parameters = self._parameters
-        nearest = sorted(node.neighbours, key=lambda neighbour: (neighbour.distance_m, neighbour.id))
-        told = sorted(neighbour.id for neighbour in nearest[: parameters.neighbours])
         period_ns = s_to_ns(parameters.period_s)
         phase_ns = int(node.rng("phase").random() * period_ns)
         for burst in range(parameters.rounds):
             yield from node.pause_until(burst * period_ns + phase_ns)
-            for neighbour in told:
+            nearest = sorted(node.neighbours, key=lambda neighbour: (neighbour.distance_m, neighbour.id))
+            for neighbour in sorted(neighbour.id for neighbour in nearest[: parameters.neighbours]):
                 node.send(neighbour, PING, bytes(parameters.payload_byte))
         yield from node.pause_until((parameters.rounds + 1) * period_ns)

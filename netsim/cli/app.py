@@ -1,7 +1,7 @@
 """The commands and their options."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -16,6 +16,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+Between = Literal["power_down", "idle", "listen", "low_power_listening"]
 new_app = typer.Typer(help="Write a working template to start from.", no_args_is_help=True)
 app.add_typer(new_app, name="new")
 trace_app = typer.Typer(help="Look after trace files.", no_args_is_help=True)
@@ -136,6 +137,36 @@ def inspect(
     from netsim.cli.inspect import inspect_command
 
     inspect_command(trace, nodes, top)
+
+
+@app.command()
+def lifetime(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run.", show_default=False)],
+    per_day: Annotated[
+        float | None, typer.Option(help="How often a day the nodes do what the run shows.", min=1e-9)
+    ] = None,
+    per_run: Annotated[int | None, typer.Option(help="How many of these activities the run holds.", min=1)] = None,
+    between: Annotated[
+        Between | None, typer.Option(help="What the radio does in between.", show_default="power_down")
+    ] = None,
+    self_discharge: Annotated[
+        float | None, typer.Option(help="Percent of the battery's energy lost a year.", min=0, max=99.9)
+    ] = None,
+    debug: Debug = False,
+) -> None:
+    """Extrapolate a run to the nodes' lifetime in days, and say what that takes for granted.
+
+    The plan of the day is the scenario's section `duty_plan`; options replace its values.
+    """
+    from netsim.cli.lifetime import lifetime_command
+
+    given = {
+        "activities_per_day": per_day,
+        "activities_per_run": per_run,
+        "between": between,
+        "self_discharge_percent_per_year": self_discharge,
+    }
+    lifetime_command(folder, {name: value for name, value in given.items() if value is not None})
 
 
 @app.command(name="list")

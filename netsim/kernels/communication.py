@@ -123,14 +123,19 @@ class EdgeMemory:
     def _over_states(self, message: FloatArray) -> FloatArray:
         return normalise_over_states(message, self._log_multiplicity)
 
-    def decide(self, computed: FloatArray) -> Decision:
-        """Whether to send a newly computed message; remembers what the next one is compared with."""
+    def decide(self, computed: FloatArray, tolerance: float | None = None) -> Decision:
+        """Whether to send a newly computed message; remembers what the next one is compared with.
+
+        Args:
+            computed: The message.
+            tolerance: Replaces the rule's for this once, unless the rule has none.
+        """
         rule = self._rule
         message = self._damped(computed)
         spread = self._over_states(message)
         change = divergence(spread, self._reference, self._multiplicity, rule.log_base)
         always = rule.tolerance is None or (self._first and rule.first_round == "both")
-        send = always or change > (rule.tolerance or 0.0)
+        send = always or change > (tolerance if tolerance is not None else rule.tolerance or 0.0)
         if send or rule.compare_with == "previous_generated":
             self._reference = spread
         self._first, self._generated = False, message
@@ -178,9 +183,15 @@ class VertexSender:
         sent = {other: uniform(self.vertex.outgoing_size(other)) for other in self.vertex.neighbours}
         return RoundOutput(sent, len(sent), 0.0)
 
-    def step(self, incoming: Incoming, semiring: Semiring) -> RoundOutput:
-        """A later round: compute every outgoing message and select those to send."""
+    def step(self, incoming: Incoming, semiring: Semiring, tolerance: float | None = None) -> RoundOutput:
+        """A later round: compute every outgoing message and select those to send.
+
+        Args:
+            incoming: The last message of each neighbour.
+            semiring: Max-product or sum-product.
+            tolerance: Replaces the rule's in this round, unless the rule has none.
+        """
         computed = self.vertex.outgoing(incoming, semiring)
-        decisions = {other: self._edges[other].decide(message) for other, message in computed.items()}
+        decisions = {other: self._edges[other].decide(message, tolerance) for other, message in computed.items()}
         sent = {other: decision.message for other, decision in decisions.items() if decision.send}
         return RoundOutput(sent, len(computed), max((d.divergence for d in decisions.values()), default=0.0))

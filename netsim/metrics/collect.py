@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
+from netsim.metrics.budgets import Budgets
+from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
@@ -16,7 +18,16 @@ class Metrics:
 
     def __init__(self) -> None:
         self._energy = Energy()
-        self._reducers = (Life(), GraphTraffic(), AssociationError(), MarginalError(), Traffic(), self._energy)
+        self._reducers = (
+            Life(),
+            GraphTraffic(),
+            AssociationError(),
+            MarginalError(),
+            Traffic(),
+            self._energy,
+            Clocks(),
+            Budgets(),
+        )
 
     @property
     def observers(self) -> tuple[Observer, ...]:

@@ -13,17 +13,20 @@ from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
+from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
 from netsim.scenario.links import air_between
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.make_mac import MacMaker
 from netsim.scenario.make_medium import make_medium
+from netsim.scenario.make_motion import movers, require_moving_air
 from netsim.scenario.make_network import NetworkMaker
 from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
 from netsim.sim.clock import Clock
 from netsim.sim.handle import Handle
-from netsim.sim.node import Identity, Node
+from netsim.sim.mobility import Mobility
+from netsim.sim.node import Identity, Node, Service
 from netsim.sim.simulation import Member, Simulation
 from netsim.sim.tasks import place_of
 from netsim.trace.events import Event, FieldInfo, NodeTable
@@ -130,7 +133,16 @@ class _Builder:
         )
         for place in self._places:
             simulation.add(self._member(place, simulation.node_ended))
+        self._set_in_motion(simulation)
         return Built(simulation, self._problem)
+
+    def _set_in_motion(self, simulation: Simulation) -> None:
+        """Let the nodes move that are to."""
+        moving = movers(self._loaded, self._places)
+        if moving:
+            require_moving_air(self._loaded, self._air)
+            nodes, replace_links = simulation.nodes, self._medium.replace_links
+            Mobility(self._clock, self._recorder, moving, nodes, self._air, replace_links)
 
     def _opening(self) -> list[Event]:
         field = self._scenario.field
@@ -167,10 +179,21 @@ class _Builder:
             return nodes[0]
 
         parts = make_parts(place, self._shared, lambda: node().die(), lambda message: node().deliver(message))
-        nodes.append(Node(self._clock, self._identity(place), parts, self._recorder, on_end))
+        nodes.append(Node(self._clock, self._identity(place), parts, self._recorder, on_end, self._services()))
         handle = Handle(self._clock, node(), self._streams, self._recorder, self._ids)
         record: Any = self._scenario.algorithm if place.group.algorithm is None else place.group.algorithm
         return Member(node(), handle, self._algorithm(place, record))
+
+    def _services(self) -> list[Service]:
+        """What runs beside the algorithms."""
+        sync = self._scenario.time_sync
+        if sync is None:
+            return []
+        root = min(self._ids) if sync.root is None else sync.root
+        if root not in self._ids:
+            path = ("time_sync", "root")
+            raise ScenarioError([self._loaded.document.finding(path, "the id of a node", f"{root}, which none has")])
+        return [lambda node: flooding_time_sync(node, sync, root)]
 
     def _algorithm(self, place: Place, record: Any) -> Algorithm:
         """Make the algorithm of one node; a constructor of the user's that raises is a finding."""

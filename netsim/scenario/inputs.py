@@ -69,8 +69,11 @@ class Gathering:
             placement = replace(placement, file=self._copied(placement.file))
         if isinstance(battery, DeviceBattery):
             battery = replace(battery, device=self._device("batteries", battery.device))
+        mobility = group.mobility
+        if mobility is not None and mobility.file is not None:
+            mobility = replace(mobility, file=self._copied(mobility.file))
         radio, cpu = self._device("radios", group.radio), self._device("cpus", group.cpu)
-        return replace(group, placement=placement, battery=battery, radio=radio, cpu=cpu)
+        return replace(group, placement=placement, battery=battery, mobility=mobility, radio=radio, cpu=cpu)
 
     def _medium(self, medium: MediumParameters) -> MediumParameters:
         if isinstance(medium, IdealMediumParameters):

@@ -10,13 +10,19 @@ from netsim.scenario.make_medium import AnyMedium
 from netsim.scenario.make_network import NetworkMaker
 from netsim.scenario.places import Place
 from netsim.scenario.schema import Scenario
+from netsim.sim.budget import NodeBudget
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
+from netsim.sim.duty_cycle import DutyCycle
 from netsim.sim.energy import Account, Battery, Meter
+from netsim.sim.frames import MAC_OVERHEAD_BYTE
 from netsim.sim.harvester import Harvester
 from netsim.sim.inbox import Inbox
+from netsim.sim.local_clock import LocalClock, drawn_clock
 from netsim.sim.node import Parts
 from netsim.sim.radio import Radio
+from netsim.sim.radio_switch import RadioSwitch
+from netsim.sim.stamps import Stamps
 from netsim.trace.recorder import Recorder
 
 DEVICES = ("radio", "cpu", "sensor")
@@ -45,6 +51,7 @@ def make_parts(place: Place, shared: Shared, on_empty: Callable[[], None], deliv
         deliver: Takes whole messages for its algorithm.
     """
     clock = shared.clock
+    local = drawn_clock(clock, place.group.clock, shared.streams.generator(f"node/{place.id}/clock"))
     account = Account()
     chemistry = place.battery.chemistry
     cell = None if chemistry is None else chemistry.cell()
@@ -54,12 +61,31 @@ def make_parts(place: Place, shared: Shared, on_empty: Callable[[], None], deliv
     meters = tuple(Meter(clock, battery, account, device) for device in DEVICES)
     radio = _radio(place, shared, meters[0])
     network = shared.make_network(place, deliver)
-    mac = shared.make_mac(place, radio, network.on_packet)
-    network.attach(mac)
+    stamps = Stamps(clock, local)
+    radio.on_transmitting = stamps.leaving
+
+    def received(packet: bytes, neighbour: int) -> None:
+        stamps.came_in(radio.device.airtime_ns(MAC_OVERHEAD_BYTE + len(packet)))
+        network.on_packet(packet, neighbour)
+
+    mac = shared.make_mac(place, radio, received, local)
+    switch = RadioSwitch(mac)
+    budget = NodeBudget(clock, local, place.id, battery, place.group.budget, switch, mac, shared.recorder)
+    network.attach(budget)
+    _cycle(place, shared, local, switch)
     sensor = place.sensor
     port = None if sensor is None else SensorPort(clock, sensor.power_mw, sensor.sample_time_ns, meters[2])
     cpu = Cpu(clock, place.cpu, meters[1])
-    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters)
+    return Parts(account, battery, radio, cpu, port, mac, network, Inbox(clock), meters, local, stamps, switch, budget)
+
+
+def _cycle(place: Place, shared: Shared, local: LocalClock, switch: RadioSwitch) -> None:
+    """Let the node's radio sleep regularly, if it is to."""
+    cycle = place.group.duty_cycle
+    if cycle is None:
+        return
+    random = shared.streams.generator(f"node/{place.id}/duty-cycle").random()
+    DutyCycle(shared.clock, local, switch, cycle, random if cycle.phase == "random" else 0.0)
 
 
 def _radio(place: Place, shared: Shared, meter: Meter) -> Radio:

@@ -7,16 +7,22 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import MinLen
 
+from netsim.metrics.lifetime import DutyPlan
 from netsim.models.batteries import PeukertParameters, RakhmatovVrudhulaParameters
 from netsim.models.harvest import HarvestParameters
 from netsim.models.lora import LoraParameters
 from netsim.models.media import IdealMediumParameters, MediumParameters
 from netsim.models.placement import PlacementParameters
 from netsim.models.sensors import SensorParameters
+from netsim.models.waypoints import WaypointMobility
 from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
+from netsim.protocols.time_sync import FloodingTimeSyncParameters
+from netsim.sim.budget import BudgetParameters
+from netsim.sim.duty_cycle import DutyCycleParameters
+from netsim.sim.local_clock import ClockParameters
 from netsim.sim.mac.aloha import AlohaParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
@@ -80,6 +86,8 @@ class NodeGroup:
     """Name of the group."""
     placement: PlacementParameters
     """Where its nodes stand."""
+    mobility: WaypointMobility | None = None
+    """How they move; null for nodes that stay."""
     role: Literal["sensor", "sink"] = "sensor"
     """A sink has no sensor; it is usually mains-powered."""
     radio: Name = "cc2420"
@@ -98,6 +106,12 @@ class NodeGroup:
     """What charges the battery, up to what it holds when full; for linear batteries only."""
     sensor: SensorParameters | None = SensorParameters()
     """The sensor's cost per reading; null for none."""
+    clock: ClockParameters | None = None
+    """How their clocks drift; null for perfect clocks."""
+    duty_cycle: DutyCycleParameters | None = None
+    """When their radios sleep; null for never, unless the MAC or the algorithm lets them."""
+    budget: BudgetParameters | None = None
+    """What each of them may draw; null for whatever the battery holds."""
     algorithm: dict[str, Any] | None = None
     """What these nodes run, if not the scenario's algorithm."""
 
@@ -149,9 +163,13 @@ class Scenario:
     """Medium access."""
     network: NetworkParameters = ShortestPathParameters()
     """How messages find their way."""
+    time_sync: FloodingTimeSyncParameters | None = None
+    """How nodes set their clocks by each other, beside whatever they run; null for not at all."""
     problem: ProblemParameters = NoProblemParameters()
     """What the nodes are to find out."""
     algorithm: dict[str, Any]
     """What the nodes run: `type` names a shipped algorithm (see `netsim list`) or your own `module:Class`."""
+    duty_plan: DutyPlan | None = None
+    """A node's day, for `netsim lifetime`; it changes nothing in the run."""
     trace: TraceParameters = TraceParameters()
     """What the trace holds."""

@@ -81,6 +81,7 @@ class Battery:
         self._spilled_yj = 0
         self._since_ns = clock.now_ns
         self._guard_ns: int | None = None
+        self._listeners: list[Callable[[], None]] = []
         self.is_empty = False
         self.is_harvested = False
 
@@ -116,6 +117,8 @@ class Battery:
         self.settle()
         self._power_fw = sum(meter.power_fw for meter in self._meters)
         self._arm(self._cell.lasts_at_least_ns(self._power_fw - self._harvest_fw))
+        for listener in list(self._listeners):
+            listener()
 
     def harvest(self, power_mw: float) -> None:
         """From now on a harvester offers this power. What finds the battery full is spilled."""
@@ -131,6 +134,24 @@ class Battery:
         self._harvested_yj += self._harvest_fw * time_ns
         self._spilled_yj += self._cell.pass_time(self._power_fw - self._harvest_fw, time_ns)
         self._since_ns = self._clock.now_ns
+
+    def follow(self, listener: Callable[[], None]) -> None:
+        """Call this whenever the power drawn has changed."""
+        self._listeners.append(listener)
+
+    def leave(self, listener: Callable[[], None]) -> None:
+        """Call it no more."""
+        self._listeners.remove(listener)
+
+    @property
+    def used_yj(self) -> int:
+        """Energy drawn until now, exactly."""
+        return self._used_now_yj
+
+    @property
+    def power_fw(self) -> int:
+        """Power drawn at present, exactly."""
+        return self._power_fw
 
     def check_closure(self, account: Account, node: int) -> None:
         """Compare the integrated draw with the ledger.

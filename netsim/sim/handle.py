@@ -1,17 +1,20 @@
 """What an algorithm holds of its node: `netsim.api.NodeHandle` and not a name more."""
 
+import math
 import operator
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, SupportsIndex, TypeVar, cast
 
 import numpy as np
 
-from netsim.api import BROADCAST, Message, Neighbour, Observation, Op
+from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op
 from netsim.errors import AlgorithmError
 from netsim.rng import Streams
+from netsim.sim.budget import EnergyTask, NodeBudget, Policy
 from netsim.sim.clock import Clock
 from netsim.sim.devices import SensorPort
 from netsim.sim.node import Node
+from netsim.sim.stamps import MOST_STAMPED_BYTE, STAMP_BYTE
 from netsim.sim.tasks import Operation, RunningTask, SentMessage, started
 from netsim.trace.events import AlgorithmRecord, Association, Estimate, Event, GraphMessages, Log, Marginals, Role
 from netsim.trace.recorder import Recorder
@@ -19,6 +22,7 @@ from netsim.units import NS_PER_S
 
 T = TypeVar("T")
 INFO = 2
+MOST_RATE_PPB = 1_000_000
 RECORDABLE = (AlgorithmRecord, Association, Estimate, GraphMessages, Marginals, Role)
 """What an algorithm may put into the trace besides log lines."""
 
@@ -52,7 +56,20 @@ class Handle:
     @property
     def now_ns(self) -> int:
         """See `NodeHandle.now_ns`."""
-        return self._clock.now_ns
+        return self._node.parts.clock.now_ns
+
+    @property
+    def counter_ns(self) -> int:
+        """See `NodeHandle.counter_ns`."""
+        return self._node.parts.clock.counter_ns
+
+    def adjust_clock(self, step_ns: int, rate_ppb: int = 0) -> None:
+        """See `NodeHandle.adjust_clock`."""
+        step_ns, rate_ppb = self._whole("adjust_clock", step_ns), self._whole("adjust_clock", rate_ppb)
+        if abs(rate_ppb) > MOST_RATE_PPB:
+            message = f"adjust_clock takes a rate of at most {MOST_RATE_PPB} ppb, got {rate_ppb}"
+            raise AlgorithmError(message)
+        self._node.parts.clock.adjust(step_ns, rate_ppb)
 
     @property
     def knowledge(self) -> Any:
@@ -74,6 +91,21 @@ class Handle:
         """See `NodeHandle.energy_left_j`."""
         return self._node.parts.battery.left_j
 
+    @property
+    def budget(self) -> NodeBudget:
+        """See `NodeHandle.budget`."""
+        return self._node.parts.budget
+
+    def task(self, name: str, *, allowance_j: float | None = None, policy: str = "warn") -> EnergyTask:
+        """See `NodeHandle.task`."""
+        if policy not in ("warn", "refuse"):
+            message = f"task(policy={policy!r}): the policy of a task is 'warn' or 'refuse'"
+            raise AlgorithmError(message)
+        if allowance_j is not None and not 0.0 < allowance_j < math.inf:
+            message = f"task(allowance_j={allowance_j!r}) takes joules above 0, or None to count only"
+            raise AlgorithmError(message)
+        return self._node.parts.budget.task(name, allowance_j, cast(Policy, policy))
+
     def send(
         self, destination: int, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
     ) -> SentMessage:
@@ -90,6 +122,18 @@ class Handle:
         """See `NodeHandle.broadcast`."""
         return self._send(BROADCAST, kind, payload, causes)
 
+    def broadcast_stamped(self, kind: str, payload: bytes) -> SentMessage:
+        """See `NodeHandle.broadcast_stamped`."""
+        if not STAMP_BYTE <= len(payload) <= MOST_STAMPED_BYTE:
+            sizes = f"{STAMP_BYTE} to {MOST_STAMPED_BYTE} bytes"
+            message = f"broadcast_stamped takes a payload of {sizes}, got {len(payload)}"
+            raise AlgorithmError(message)
+        stamps = self._node.parts.stamps
+        ticket = self._send(BROADCAST, kind, stamps.fill(payload), ())
+        stamps.expect(ticket.message_id)
+        ticket.on_done = lambda: stamps.forget(ticket.message_id)
+        return ticket
+
     def receive(
         self,
         *,
@@ -101,7 +145,7 @@ class Handle:
         if isinstance(kinds, str):
             message = f"receive(kinds={kinds!r}): kinds is a collection of names, such as {{{kinds!r}}}"
             raise AlgorithmError(message)
-        whole_ns = None if timeout_ns is None else self._whole("receive(timeout_ns=...)", timeout_ns)
+        whole_ns = None if timeout_ns is None else self._delay_of(self._whole("receive(timeout_ns=...)", timeout_ns))
         return self._operation("receive", self._received(self._node.parts.inbox.receive(kinds, match, whole_ns)))
 
     def pause(self, duration_ns: int) -> Op[None]:
@@ -110,15 +154,15 @@ class Handle:
 
     def pause_until(self, time_ns: int) -> Op[None]:
         """See `NodeHandle.pause_until`."""
-        return self._operation("pause_until", self._pause_until(self._whole("pause_until", time_ns)))
+        return self._operation("pause_until", self._node.parts.clock.wait_until(self._whole("pause_until", time_ns)))
 
     def radio_sleep(self) -> None:
         """See `NodeHandle.radio_sleep`."""
-        self._node.parts.mac.sleep()
+        self._node.parts.switch.sleep()
 
     def radio_wake(self) -> None:
         """See `NodeHandle.radio_wake`."""
-        self._node.parts.mac.wake()
+        self._node.parts.switch.wake()
 
     def sense(self) -> Op[Observation]:
         """See `NodeHandle.sense`."""
@@ -129,7 +173,7 @@ class Handle:
 
     def compute(self, operations: int) -> Op[None]:
         """See `NodeHandle.compute`."""
-        return self._operation("compute", self._node.parts.cpu.compute(self._not_negative("compute", operations)))
+        return self._operation("compute", self._compute(self._not_negative("compute", operations)))
 
     def spawn(self, op: Op[T]) -> RunningTask[T]:
         """See `NodeHandle.spawn`."""
@@ -167,20 +211,25 @@ class Handle:
             message = f"node.{self._node.forgotten}(...) was called before this without `yield from`: nothing happened"
             raise AlgorithmError(message)
 
-    def _pause(self, duration_ns: int) -> Op[None]:
-        yield self._clock.timeout(duration_ns)
+    def _delay_of(self, duration_ns: int) -> int:
+        """True time that a duration by the node's clock takes from now."""
+        return self._node.parts.clock.delay_of(duration_ns)
 
-    def _pause_until(self, time_ns: int) -> Op[None]:
-        if time_ns > self.now_ns:
-            yield self._clock.timeout(time_ns - self.now_ns)
+    def _pause(self, duration_ns: int) -> Op[None]:
+        yield self._clock.timeout(self._delay_of(duration_ns))
+
+    def _compute(self, operations: int) -> Op[None]:
+        yield from self._node.parts.budget.admit("compute")
+        yield from self._node.parts.cpu.compute(operations)
 
     def _sense(self, sensor: SensorPort) -> Op[Observation]:
+        yield from self._node.parts.budget.admit("sense")
         yield from sensor.sample()
         return Observation(self.now_ns, self._node.identity.observe())
 
     def _received(self, op: Op[Message | None]) -> Op[Message | None]:
         message = yield from op
-        if message is not None:
+        if message is not None and not message.kind.startswith(SERVICE_PREFIX):
             self._node.note_received(message.id)
         return message
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from simpy.events import Event as SimEvent
 
-from netsim.api import Message, Op
+from netsim.api import SERVICE_PREFIX, Message, Op
 from netsim.sim.clock import Clock
 
 
@@ -23,7 +23,9 @@ class Asker:
 
     def fits(self, message: Message) -> bool:
         """Whether this is a message asked for."""
-        return (self.kinds is None or message.kind in self.kinds) and (self.match is None or self.match(message))
+        kinds, kind = self.kinds, message.kind
+        asked_for = kind in kinds if kinds is not None else not kind.startswith(SERVICE_PREFIX)
+        return asked_for and (self.match is None or self.match(message))
 
 
 class Inbox:

@@ -1,23 +1,28 @@
 """One sensor node as the simulation sees it: its devices, its network stack, the life of its algorithm."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from netsim.api import Algorithm, Message, Neighbour, NodeHandle, Op
 from netsim.errors import AlgorithmError, InvariantError, NetsimError
+from netsim.sim.budget import NodeBudget
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.inbox import Inbox
 from netsim.sim.layers import LinkLayer, NetworkLayer, Transceiver
+from netsim.sim.local_clock import LocalClock
+from netsim.sim.radio_switch import RadioSwitch
+from netsim.sim.stamps import Stamps
 from netsim.sim.tasks import RunningTask, checked, place_of
 from netsim.trace.events import NodeLife
 from netsim.trace.recorder import Recorder
 
 T = TypeVar("T")
+Service = Callable[[NodeHandle], Op[None]]
 Observe = Callable[[], np.ndarray[Any, np.dtype[np.float64]]]
 
 
@@ -59,11 +64,15 @@ class Parts:
     network: NetworkLayer
     inbox: Inbox
     meters: tuple[Meter, ...]
+    clock: LocalClock
+    stamps: Stamps
+    switch: RadioSwitch
+    budget: NodeBudget
 
     @property
     def is_quiet(self) -> bool:
         """Nothing left to send and no frame under way."""
-        return self.mac.pending == 0 and not self.radio.is_sending
+        return self.mac.pending == 0 and self.budget.held == 0 and not self.radio.is_sending
 
     def settle(self) -> None:
         """Book what every device has drawn until now."""
@@ -89,6 +98,7 @@ class Node:
         parts: Its devices and layers.
         recorder: Where its events go.
         on_end: Called once when its algorithm is over, for whatever reason.
+        services: What runs beside the algorithm while it lasts, such as time synchronisation.
 
     Attributes:
         failure: What the algorithm raised, if it did.
@@ -102,12 +112,14 @@ class Node:
         parts: Parts,
         recorder: Recorder,
         on_end: Callable[["Node"], None],
+        services: Sequence[Service] = (),
     ) -> None:
         self._clock = clock
         self.identity = identity
         self.parts = parts
         self._recorder = recorder
         self._on_end = on_end
+        self._services = services
         self._tasks: list[RunningTask[Any]] = []
         self._main: RunningTask[None] | None = None
         self._received: list[int] = []
@@ -122,6 +134,8 @@ class Node:
         self._recorder.record(NodeLife(self.identity.id, "started", type(algorithm).__name__))
         self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
         self._clock.process(self._main.body())
+        for service in self._services:
+            self.spawn(service(handle))
 
     @property
     def is_running(self) -> bool:
@@ -142,13 +156,15 @@ class Node:
         The processes end first: what they do while clearing up (`finally`) still happens in life.
         """
         self._end(None)
+        self.parts.budget.give_up("died")
         self._recorder.record(NodeLife(self.identity.id, "died", "battery empty"))
         self.parts.stop()
 
     def deliver(self, message: Message) -> None:
         """The network layer hands up a message; after the algorithm's end nobody reads it."""
         if not self._is_over:
-            self.parts.inbox.deliver(message)
+            now_ns, began_ns = self.parts.clock.now_ns, self.parts.stamps.began_ns
+            self.parts.inbox.deliver(replace(message, received_ns=now_ns, frame_began_ns=began_ns))
 
     def forget(self, operation: str) -> None:
         """The algorithm dropped an operation without waiting for it."""

@@ -87,6 +87,7 @@ class Radio:
         self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
         self.on_receive: Callable[[LinkFrame], None] = lambda frame: None
         self.on_overhear: Callable[[LinkFrame], None] = lambda frame: None
+        self.on_transmitting: Callable[[LinkFrame], None] = lambda frame: None
         self.on_transmitted: Callable[[LinkFrame], None] = lambda frame: None
         self.on_ready: Callable[[], None] = lambda: None
         self.on_started: Callable[[], None] = lambda: None
@@ -209,6 +210,7 @@ class Radio:
 
     def _transmit_now(self, frame: LinkFrame) -> None:
         self._enter("transmit", self._transmit_mw, _purpose(frame), frame.kind)
+        self.on_transmitting(frame)
         self._transmission = self._medium.begin(self, frame)
 
     def _start_up(self, power_mw: float, delay_ns: int) -> None:

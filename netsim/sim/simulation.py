@@ -7,7 +7,7 @@ from netsim.api import Algorithm, NodeHandle
 from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
 from netsim.sim.node import Node
-from netsim.trace.events import EnergyHarvest, EnergyLedger, Event, NodeEnergy
+from netsim.trace.events import EnergyHarvest, EnergyLedger, Event, NodeClocks, NodeEnergy
 from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
@@ -37,7 +37,7 @@ class Simulation:
         recorder: Where events go.
         horizon_ns: The latest end.
         opening: Events that describe the run, recorded at time 0.
-        energy_interval_ns: How often the nodes' energy is sampled, where somebody observes it.
+        energy_interval_ns: How often the nodes' energy and clocks are sampled, where somebody observes them.
         air_is_quiet: Whether nothing is under way between the nodes.
     """
 
@@ -86,8 +86,7 @@ class Simulation:
         self._active = len(self._members)
         for event in self._opening:
             self._recorder.record(event)
-        if self._recorder.wants(NodeEnergy):
-            self._sample_energy(None)
+        self._sample(None)
         for member in self._members.values():
             member.node.start(member.algorithm, member.handle)
         self._loop(progress or (lambda now_ns: True))
@@ -98,8 +97,7 @@ class Simulation:
             parts = member.node.parts
             parts.settle()
             parts.battery.check_closure(parts.account, node_id)
-        if self._recorder.wants(NodeEnergy):
-            self._record_energy()
+        self._record_samples()
         self._record_harvest()
         self._recorder.record(self._ledger())
 
@@ -147,19 +145,24 @@ class Simulation:
             return False
         return self._air_is_quiet() and all(member.node.parts.is_quiet for member in self._members.values())
 
-    def _sample_energy(self, _: object) -> None:
-        self._record_energy()
-        self._clock.call_after(self._energy_interval_ns, self._sample_energy)
+    def _sample(self, _: object) -> None:
+        """Record what is sampled, again and again where somebody observes it."""
+        if self._record_samples():
+            self._clock.call_after(self._energy_interval_ns, self._sample)
 
-    def _record_energy(self) -> None:
-        batteries = [member.node.parts.battery for member in self._members.values()]
-        self._recorder.record(
-            NodeEnergy(
-                node=list(self._members),
-                consumed_j=[battery.used_j for battery in batteries],
-                left_j=[battery.left_j for battery in batteries],
-            )
-        )
+    def _record_samples(self) -> bool:
+        """Record every node's energy and, where clocks drift, its clock; returns whether anything is observed."""
+        parts = {node_id: member.node.parts for node_id, member in self._members.items()}
+        samples_energy = self._recorder.wants(NodeEnergy)
+        if samples_energy:
+            batteries = [part.battery for part in parts.values()]
+            used_j, left_j = [battery.used_j for battery in batteries], [battery.left_j for battery in batteries]
+            self._recorder.record(NodeEnergy(list(parts), used_j, left_j))
+        samples_clocks = self._recorder.wants(NodeClocks) and any(part.clock.drifts for part in parts.values())
+        if samples_clocks:
+            ahead_s = [part.clock.ahead_ns / NS_PER_S for part in parts.values()]
+            self._recorder.record(NodeClocks(list(parts), ahead_s))
+        return samples_energy or samples_clocks
 
 
 def _stands_still(now_ns: int) -> str:

@@ -78,15 +78,18 @@ class SentMessage:
 
     Attributes:
         message_id: Number of the message in the trace.
+        on_done: Called when the link layer has finished with it.
     """
 
     def __init__(self, clock: Clock) -> None:
         self._delivery: Waiting[Delivery] = Waiting(clock)
         self.message_id = 0
+        self.on_done: Callable[[], None] = lambda: None
 
     def done(self, delivery: Delivery) -> None:
         """The link layer has finished with the message."""
         self._delivery.set(delivery)
+        self.on_done()
 
     def wait(self) -> Op[Delivery]:
         """See `Ticket.wait`."""

@@ -12,13 +12,17 @@ from netsim.api import Algorithm, Message, Neighbour
 from netsim.errors import AlgorithmError, NetsimError
 from netsim.models.devices import CpuDevice
 from netsim.rng import Streams
+from netsim.sim.budget import NodeBudget
 from netsim.sim.clock import Clock
 from netsim.sim.devices import Cpu, SensorPort
 from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.handle import Handle
 from netsim.sim.inbox import Inbox
+from netsim.sim.local_clock import LocalClock
 from netsim.sim.node import Identity, Node, Parts
+from netsim.sim.radio_switch import RadioSwitch
 from netsim.sim.simulation import Member, Simulation
+from netsim.sim.stamps import Stamps
 from netsim.testing.media import MessageMedium, PerfectMedium
 from netsim.testing.post import Post, Station
 from netsim.trace.events import EVENT_TYPES, Event
@@ -148,6 +152,7 @@ class _Bench:
         self._streams = streams
         self._clock = clock = Clock()
         self._recorder = Recorder(lambda: clock.now_ns, [run])
+        self._delay_ns = s_to_ns(medium.delay_s)
         self._post = Post(clock, self._recorder, medium, neighbours)
         self._simulation = Simulation(clock, self._recorder, horizon_ns, (), horizon_ns)
 
@@ -197,18 +202,38 @@ class _Bench:
         deliver: Callable[[Message], None],
     ) -> Parts:
         clock = self._clock
+        local = LocalClock(clock)
+        stamps = Stamps(clock, local)
 
         def note(message: Message) -> None:
+            stamps.came_in(self._delay_ns)
             self._run.delivered[node].append(message)
             deliver(message)
 
         station = self._post.stations[node] = Station(node, self._post, note)
+        switch = RadioSwitch(station)
         account = Account()
         battery = Battery(clock, battery_j, on_empty)
         meters = tuple(Meter(clock, battery, account, device) for device in ("cpu", "sensor"))
+        budget = NodeBudget(clock, local, node, battery, None, switch, station, self._recorder)
+        station.refuses = lambda: budget.refuses("send")
         sensor = SensorPort(clock, SENSOR_MW, SENSOR_SAMPLE_NS, meters[1]) if senses else None
         cpu = Cpu(clock, BENCH_CPU, meters[0])
-        return Parts(account, battery, station, cpu, sensor, station, station, Inbox(clock), meters)
+        return Parts(
+            account,
+            battery,
+            station,
+            cpu,
+            sensor,
+            station,
+            station,
+            Inbox(clock),
+            meters,
+            local,
+            stamps,
+            switch,
+            budget,
+        )
 
 
 def _position_m(node: int) -> tuple[float, float]:

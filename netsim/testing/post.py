@@ -8,6 +8,7 @@ import networkx as nx
 
 from netsim.api import Delivery, Message
 from netsim.sim.clock import Clock
+from netsim.sim.mac.link import LinkJob
 from netsim.testing.media import MessageMedium, Passage
 from netsim.trace.events import (
     BROADCAST,
@@ -30,6 +31,7 @@ class Station:
         self.deliver = deliver
         self.state = "off"
         self.pending = 0
+        self.refuses: Callable[[], bool] = lambda: False
 
     @property
     def is_sending(self) -> bool:
@@ -64,7 +66,10 @@ class Station:
         self, destination: int, kind: str, payload: bytes, causes: Sequence[int], done: Callable[[Delivery], None]
     ) -> int:
         """See `NetworkLayer.send`."""
-        return self._post.accept(self._node, destination, kind, payload, causes, done)
+        return self._post.accept(self._node, destination, kind, payload, causes, done, self.refuses())
+
+    def submit(self, job: LinkJob) -> None:
+        """There are no packets here: nothing is ever submitted."""
 
     def _turn(self, state: str) -> None:
         self.state = state
@@ -108,12 +113,15 @@ class Post:
         payload: bytes,
         causes: Sequence[int],
         done: Callable[[Delivery], None],
+        is_refused: bool = False,
     ) -> int:
         """Take a message, call `done` once with what became of it, return its number in the trace."""
         self._sent += 1
         self.recorder.record(MessageSent(self._sent, source, destination, kind, len(payload), 1, causes))
         letter = Letter(self._sent, source, destination, kind, payload, self._clock.now_ns, done)
-        if destination == BROADCAST:
+        if is_refused:
+            self._lose(letter, "no_energy", 0)
+        elif destination == BROADCAST:
             self._spread(letter)
         elif (hops := self._hops(source, destination)) is None:
             self._lose(letter, "no_route", 0)

@@ -140,7 +140,7 @@ class EnergyBudget:
     topic: ClassVar[str] = "/nodes/budget"
     node: U32
     event: Text
-    """`short`, `replenished`, `refused`."""
+    """`short`, `replenished`, `refused`; `ended` for a task that has ended."""
     task: Text
     """What the allowance is for; empty for the node's own."""
     spent_j: F64
@@ -289,8 +289,9 @@ class MessageDropped:
     """Where it was given up."""
     kind: Text
     reason: Text
-    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`. After
-    `no_ack` the message may have arrived all the same. What waits at a node when it dies is lost without an event."""
+    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`, `died` (what
+    waited for an energy allowance). After `no_ack` the message may have arrived all the same. What waits at a node's MAC
+    when it dies is lost without an event."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,9 +19,12 @@ from netsim.kernels.factor_graph import exact_marginals
 from netsim.kernels.graph_model import GraphInstance
 from netsim.kernels.semiring import Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
+from netsim.models.device_tables import load_cpu
+from netsim.scenario.build import build
 from netsim.scenario.load import load
 from netsim.scenario.run import run
-from netsim.trace.events import Association, Event, GraphMessages, Marginals, Problem
+from netsim.sim.energy import Entry
+from netsim.trace.events import Association, Event, GraphMessages, Marginals, Problem, VariablePlacement
 
 IDEAL = ["medium={type: ideal, delay_s: 0.001}", "mac={type: ideal}", "network={type: one-hop}"]
 SEMIRING = {"max-product": Semiring.MAX, "csmp": Semiring.MAX, "sum-product": Semiring.SUM, "cssp": Semiring.SUM}
@@ -214,3 +217,42 @@ def test_asynchronous_runs_have_no_rounds(scenarios: Path) -> None:
     metrics = simulate(path, ["algorithm.schedule=asynchronous", *IDEAL])[2].metrics
     assert "rounds" not in metrics
     assert 0 < metrics["last_news_s"] < metrics["simulated_s"]
+
+
+@pytest.mark.parametrize(("allowance_j", "rounds"), [(0.26, 1), (0.32, 2)])
+def test_a_node_short_of_energy_raises_its_tolerance(allowance_j: float, rounds: int, scenarios: Path) -> None:
+    """56.4 mW of listening use 0.26 J up between 4 and 5 s, 0.32 J between 5 and 6 s: before round 1 and round 2."""
+    budget = f"nodes[0].budget={{allowance_j: {allowance_j}, policy: warn}}"
+    common = [*IDEAL, "seed=2", "algorithm.tolerance=0.01", budget]
+    quickstart = scenarios / "quickstart.yaml"
+    usual = sent_by_round(simulate(quickstart, common)[1])
+    thrifty = sent_by_round(simulate(quickstart, [*common, "algorithm.tolerance_when_short=1000"])[1])
+    free = sent_by_round(simulate(quickstart, [*common[:-1], "algorithm.tolerance_when_short=1000"])[1])
+    assert free == usual
+    assert all(usual[number] for number in (0, 1, 2))
+    assert all(thrifty[number] == usual[number] for number in range(rounds))
+    assert not any(thrifty[number] for number in thrifty if number >= rounds)
+
+
+def test_every_round_takes_cpu_time_and_energy(scenarios: Path) -> None:
+    """Each node's CPU is active for the operations of its vertices, once a round; whoever listens pays for that too."""
+    loaded = load(scenarios / "quickstart.yaml", [*IDEAL, "algorithm.rounds=7"])
+    keep = Keep(Problem, VariablePlacement)
+    simulation = build(loaded, [keep]).simulation
+    simulation.run()
+    simulation.conclude()
+    (event,) = keep.of(Problem)
+    instance = AssociationInstance.from_json(event.content_json)
+    vertices = {vertex.id: vertex for vertex in instance_vertices(instance)}
+    (placement,) = keep.of(VariablePlacement)
+    hosts = dict(zip(placement.variable, placement.host, strict=True))
+    cpu = load_cpu("cortex_m4", Path())
+    busy = 0
+    for number, node in simulation.nodes.items():
+        operations = sum(vertex.operations() for vertex in vertices.values() if hosts[vertex.id] == number)
+        round_ns = -(-operations * 10**9 // int(cpu.operations_per_s))
+        entry = node.parts.account.entries.get(("cpu", "active", ""), Entry())
+        busy += round_ns > 0
+        assert entry.time_ns == 7 * round_ns
+        assert entry.energy_j == pytest.approx(cpu.active_mw * 1e-3 * 7 * round_ns / 1e9, rel=1e-12)
+    assert busy >= 5

@@ -48,6 +48,14 @@ SCENARIOS = {
         folder, algorithm=TOGETHER, mac="{type: lpl}", battery="{type: capacity, energy_j: 0.0225}"
     ),
     "b-mac": lambda folder: small(folder, algorithm=TOGETHER, mac="{type: lpl, variant: b-mac, wake_interval_ms: 20}"),
+    "constrained": lambda folder: small(
+        folder,
+        algorithm=TOGETHER,
+        battery="{type: capacity, energy_j: 0.02}",
+        more="    clock: {drift_sd_ppm: 300, offset_sd_s: 0.001}\n"
+        "    budget: {allowance_j: 0.003, per: 0.1, policy: sleep}\n"
+        "    duty_cycle: {period_s: 0.07, on_s: 0.05}\n",
+    ),
     "ideal-csma": lambda folder: small(folder, algorithm=TOGETHER, medium="{type: ideal, delay_s: 0}"),
 }
 

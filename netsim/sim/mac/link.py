@@ -34,6 +34,14 @@ Deliver = Callable[[bytes, int], None]
 """Called with a packet and the neighbour it came from."""
 
 
+class Submits(Protocol):
+    """Takes packets to be sent: a MAC, or what stands before it."""
+
+    def submit(self, job: LinkJob) -> None:
+        """Take a job; its `done` is called once."""
+        ...
+
+
 class Mac(Protocol):
     """Medium access of one node."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from netsim.api import Delivery, Message
 from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
-from netsim.sim.mac.link import LinkJob, Mac
+from netsim.sim.mac.link import LinkJob, Submits
 from netsim.sim.net.packet import HEADER_BYTE, KindTable, Packet, fragments
 from netsim.sim.net.routes import Routes
 from netsim.trace.events import BROADCAST, MessageDelivered, MessageDropped, MessageSent
@@ -112,11 +112,11 @@ class Network:
         self._recorder = recorder
         self._chunk_byte = packet_byte - HEADER_BYTE
         self._deliver = deliver
-        self._mac: Mac | None = None
+        self._mac: Submits | None = None
         self._sequence = 0
         self._assemblies: dict[tuple[int, int], Assembly] = {}
 
-    def attach(self, mac: Mac) -> None:
+    def attach(self, mac: Submits) -> None:
         """Connect the MAC below."""
         self._mac = mac
 

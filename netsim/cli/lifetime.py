@@ -1,0 +1,50 @@
+"""`netsim lifetime`."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.table import Table
+
+from netsim.cli.console import say, show
+from netsim.metrics.lifetime import Lifetime, spread_of
+from netsim.scenario.outlook import outlook
+
+
+def lifetime_command(folder: Path, changes: dict[str, Any]) -> None:
+    """Print how long the nodes of a run last, and what that takes for granted."""
+    found = outlook(folder, changes)
+    table = Table(title=f"lifetime in days: {found.title}", box=box.SIMPLE_HEAD, title_justify="left")
+    table.add_column("group")
+    headings = ("nodes", "an activity", "between", "first dead", "median", "last dead")
+    for name in headings:
+        table.add_column(name, justify="right")
+    groups: dict[str, list[Lifetime]] = {}
+    for each in found.lifetimes:
+        groups.setdefault(each.use.group, []).append(each)
+    for name, members in groups.items():
+        table.add_row(*_row(name, members))
+    if len(groups) > 1:
+        table.add_section()
+        table.add_row(*_row("all", found.lifetimes))
+    show(table)
+    say("Assumptions:")
+    for sentence in found.assumptions:
+        say(f"- {sentence}")
+
+
+def _row(name: str, members: Sequence[Lifetime]) -> tuple[str, ...]:
+    activity_j = sum(each.use.activity_j for each in members) / len(members)
+    between_mw = sum(each.use.between_mw for each in members) / len(members)
+    head = (name, str(len(members)), f"{activity_j:.4g} J", f"{between_mw:.4g} mW")
+    spread = spread_of(members)
+    if spread is None:
+        return (*head, "mains", "mains", "mains")
+    first, last = (f"{_days(each.days)} ({each.use.name})" for each in (spread.first, spread.last))
+    return (*head, first, _days(spread.median_days), last)
+
+
+def _days(days: float) -> str:
+    return "never" if days == math.inf else f"{days:.4g}"

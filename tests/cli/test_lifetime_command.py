@@ -1,0 +1,24 @@
+"""`netsim lifetime` on the folder of a run."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+
+def netsim(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "netsim", *arguments], capture_output=True, text=True, check=False)
+
+
+def test_days_and_assumptions_are_printed(scenarios: Path, tmp_path: Path) -> None:
+    folder = str(tmp_path / "run")
+    assert netsim("run", str(scenarios / "quickstart.yaml"), "--out", folder, "--no-trace").returncode == 0
+    done = netsim("lifetime", folder, "--per-day", "24", "--self-discharge", "3")
+    assert done.returncode == 0, done.stderr
+    assert "first dead" in done.stdout
+    assert "sensors" in done.stdout
+    assert "24 a day take" in done.stdout
+    assert "- Linear: every activity costs each node what it cost in this run" in done.stdout
+    without = netsim("lifetime", folder)
+    assert without.returncode == 2
+    assert "duty_plan" in without.stderr
+    assert "Traceback" not in without.stderr
