@@ -21,6 +21,8 @@ _LANE = 39.5
 _LANES_FRAME = 53.0
 _LOG = 203.0
 
+_SHOWN_LEVELS = ["INFO", "WARN", "ERROR", "CRITICAL"]  # the others can be chosen in the viewer
+
 Ranges = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -130,4 +132,5 @@ def _log(present: Collection[str]) -> rrb.TextLogView | None:
     if not any(path.startswith("/log/") for path in present):
         return None
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
-    return rrb.TextLogView(origin="/log", name="Log", columns=columns)
+    rows = rrb.TextLogRows(filter_by_log_level=_SHOWN_LEVELS)
+    return rrb.TextLogView(origin="/log", name="Log", columns=columns, rows=rows)

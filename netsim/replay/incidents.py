@@ -15,7 +15,7 @@ Lines = tuple[NDArray[np.int64], Sequence[str], Sequence[str]]
 Label = Callable[[int], str]
 
 _NAMED = 3  # of more nodes that do the same at the same instant only the number is told
-_FAULT_LEVELS = {"ends": "INFO"}
+_FAULT_LEVELS = {"ends": "INFO", "strikes": "DEBUG"}  # rules may strike every frame
 _BUDGET_LEVELS = {"replenished": "INFO", "ended": "DEBUG"}
 
 
@@ -34,12 +34,15 @@ def fault_lines(batch: Batch, label: Label) -> Lines:
     )  # fmt: skip
     events = batch.texts("event")
     texts = [
-        f"fault {rule} ({kind}) {event}"
-        + (f" at {crowd([label(int(node)) for node in concerned])}" if len(concerned) else "")
-        + (f": {detail}" if detail else "")
+        f"fault {rule} ({kind}) {event}" + _told(detail, [label(int(node)) for node in concerned])
         for rule, kind, event, concerned, detail in parts
     ]
     return batch.time_ns, texts, [_FAULT_LEVELS.get(event, "WARN") for event in events]
+
+
+def _told(detail: str, nodes: Sequence[str]) -> str:
+    """What a rule says of itself; else whom it concerns."""
+    return f": {detail}" if detail else f" at {crowd(nodes)}" if nodes else ""
 
 
 def budget_lines(batch: Batch, label: Label) -> Lines:

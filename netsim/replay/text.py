@@ -28,6 +28,7 @@ from netsim.trace.events import (
 )
 
 _LEVELS = ("TRACE", "DEBUG", "INFO", "WARN", "ERROR", "CRITICAL")
+_FAULTS = "faults["  # how log lines about fault rules are named
 _LIFE_LEVELS = {"failed": "ERROR", "died": "ERROR", "crashed": "ERROR"}
 
 
@@ -78,6 +79,8 @@ class LogTrack:
         return [self._label(int(node)) if node != BROADCAST else "all" for node in batch.numbers(field)]
 
     def _log(self, batch: Batch) -> Lines:
+        """Lines for people; those that repeat a fault for other viewers are left to the fault itself."""
+        batch = batch.where(np.array([not name.startswith(_FAULTS) for name in batch.texts("name")], bool))
         texts = [f"{name}: {text}" for name, text in zip(batch.texts("name"), batch.texts("message"), strict=True)]
         return batch.time_ns, texts, [_LEVELS[min(int(level), len(_LEVELS) - 1)] for level in batch.numbers("level")]
 
