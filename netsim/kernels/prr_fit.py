@@ -1,7 +1,7 @@
 """Packet reception ratio against received power: a rising curve fitted to binomial counts by maximum likelihood.
 
 The model of a row with mean received power r is: received ~ Binomial(sent, c F((r - m) / s)), with F the logistic or the
-normal distribution function, or any curve given. The ceiling c <= 1 is what a strong link reaches: frames lost to something
+normal distribution function. The ceiling c <= 1 is what a strong link reaches: frames lost to something
 else than noise (another network, a full queue) are lost at any power. Fisher scoring (McCullagh and Nelder, Generalized
 Linear Models, 2.5). Rows of one link are not independent, and links differ by more than a binomial: standard errors are
 therefore those of the sandwich estimator, clustered by link (Liang and Zeger 1986), which supposes neither.
@@ -37,7 +37,7 @@ class PrrFit:
         half_dbm: Received power at which half of the ceiling is reached.
         half_se_db: Its standard error.
         width_db: From 10 % to 90 % of the ceiling.
-        width_se_db: Its standard error; 0 where the curve's width was given.
+        width_se_db: Its standard error.
         ceiling: Ratio that strong links reach.
         ceiling_se: Its standard error; 0 where it was held at 1.
         deviance: Twice the log-likelihood lost against a ratio of its own for each row; about `freedom` if rows differ by
@@ -49,7 +49,7 @@ class PrrFit:
         prr: The curve: from received power in dBm to the ratio.
     """
 
-    curve: str
+    curve: CurveName
     half_dbm: float
     half_se_db: float
     width_db: float
@@ -128,62 +128,6 @@ def fit_prr(
     )
 
 
-def fit_place(
-    rssi_dbm: Floats,
-    received: Floats,
-    sent: Floats,
-    success: Curve,
-    cluster: NDArray[np.intp] | None = None,
-    ceiling: float = 1.0,
-) -> PrrFit:
-    """Fit only where a given curve lies: the noise power that explains the ratios best.
-
-    Args:
-        rssi_dbm: As for `fit_prr`.
-        received: As for `fit_prr`.
-        sent: As for `fit_prr`.
-        success: From signal to noise ratio in dB to the chance that a frame is received, rising from 0 to 1.
-        cluster: As for `fit_prr`.
-        ceiling: Ratio that strong links reach.
-
-    Returns:
-        The fit; `half_dbm` is the noise power (not the 50 % point) and its standard error, `width_db` the given curve's.
-
-    Raises:
-        ValueError: As for `fit_prr`.
-    """
-    data = _checked(rssi_dbm, received, sent, cluster, 1)
-    grid_db = np.linspace(-30.0, 40.0, 14_001)
-    table = success(grid_db)
-    ten, half, ninety = (float(grid_db[np.searchsorted(table, level)]) for level in (0.1, 0.5, 0.9))
-
-    def ratios(theta: Floats) -> Floats:
-        return np.asarray(ceiling * success(data.power_dbm - theta[0]))
-
-    start = _start(data)[0] - half
-    candidates = start + np.linspace(-10.0, 10.0, 81)
-    best = min(candidates.tolist(), key=lambda noise: _deviance(ratios(np.array([noise])), data))
-    theta, covariance = _maximise(ratios, np.array([best]), data)
-    noise = float(theta[0])
-    deviance, pearson = _fit_quality(ratios(theta), data)
-    freedom = len(data.sent) - 1
-    return PrrFit(
-        curve="given",
-        half_dbm=noise,
-        half_se_db=float(np.sqrt(covariance[0, 0])),
-        width_db=ninety - ten,
-        width_se_db=0.0,
-        ceiling=ceiling,
-        ceiling_se=0.0,
-        deviance=deviance,
-        dispersion=pearson / freedom,
-        freedom=freedom,
-        rows=len(data.sent),
-        frames=int(data.sent.sum()),
-        prr=lambda power_dbm: np.asarray(ceiling * success(power_dbm - noise)),
-    )
-
-
 def _checked(
     rssi_dbm: Floats, received: Floats, sent: Floats, cluster: NDArray[np.intp] | None, unknowns: int
 ) -> _Data:
@@ -200,6 +144,8 @@ def _checked(
         problem = "rows at more than one received power"
     elif got.sum() in (0.0, all_sent.sum()):
         problem = "some frames received and some lost: the curve's place shows in neither alone"
+    elif float(np.cov(power, got / all_sent, aweights=all_sent)[0, 1]) <= 0.0:
+        problem = "ratios that rise with received power: they do not"
     if problem:
         raise ValueError(problem)
     return _Data(power, got, all_sent, links)
@@ -271,10 +217,6 @@ def _fit_quality(ratio: Floats, data: _Data) -> tuple[float, float]:
 def _refuse_a_step(width_db: float, data: _Data) -> None:
     gaps = np.diff(np.unique(data.power_dbm))
     between = (data.received > 0) & (data.received < data.sent)
-    problem = ""
     if width_db < 0.02 * float(gaps.min()) or not between.any():
-        problem = "some rows with a ratio between nothing and all: the ratios jump, so the curve has no width"
-    elif width_db > 20.0 * float(np.ptp(data.power_dbm)):
-        problem = "ratios that rise with received power: they do not"
-    if problem:
-        raise ValueError(problem)
+        message = "some rows with a ratio between nothing and all: the ratios jump, so the curve has no width"
+        raise ValueError(message)
