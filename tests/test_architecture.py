@@ -32,6 +32,7 @@ MAY_IMPORT = {
     "algorithms": {"api", "kernels", "codec", "trace.events", "protocols"},
     "sim": {"api", "models", "rng", "trace.events", "trace.recorder"},
     "metrics": {"trace", "kernels"},
+    "calibrate": {"kernels", "models"},
     "replay": {"trace"},
     "study": {"scenario", "metrics"},
     "testing": {"api", "sim", "models", "trace", "rng"},
@@ -55,6 +56,7 @@ NOBODY_BUT = {"reading": {"models", "scenario", "cli", "study"}, "testing": set(
 """Rooms that only these may import, whatever the table above says."""
 
 ONLY_IN = {"simpy": {"sim", "testing"}, "rerun": {"replay"}, "mcap": {"trace"}, "typer": {"cli"}, "rich": {"cli"}}
+ONLY_IN["matplotlib"] = {"calibrate", "study"}
 """Libraries that have one room."""
 
 FORBIDDEN_IN = {"kernels": {"simpy", "pathlib", "os", "time", "random", "asyncio", "threading"}}

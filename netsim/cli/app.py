@@ -169,6 +169,36 @@ def lifetime(
     lifetime_command(folder, {name: value for name, value in given.items() if value is not None})
 
 
+@app.command()
+def calibrate(
+    log: Annotated[Path, typer.Argument(help="Log of a testbed: CSV or K7, plain or gzip.", show_default=False)],
+    positions: Annotated[
+        Path | None, typer.Option(help="Where the nodes stand: CSV with the header id,x_m,y_m[,name].")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the medium to this file (.yaml) instead of printing it.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a picture (.png) of the fits; needs matplotlib.")] = None,
+    channel: Annotated[int | None, typer.Option(help="Use only rows of this channel.")] = None,
+    frame_byte: Annotated[
+        int | None, typer.Option(help="Length of the frames (PSDU), if the log does not say; else 100.", min=5, max=127)
+    ] = None,
+    tx_power_dbm: Annotated[float | None, typer.Option(help="Transmit power, if the log does not say; else 0.")] = None,
+    debug: Debug = False,
+) -> None:
+    """Fit a medium to a testbed's log: path loss, shadowing, asymmetry, reception against received power.
+
+    A CSV log has the columns source, destination, rssi_dbm and either received (1 or 0, a row a frame), or sent and
+    received, or pdr and tx_count; distance_m, tx_power_dbm, time_s and channel if you have them. Path loss needs distances
+    or --positions. Prints every figure with its standard error, then a `medium:` section for a scenario.
+    """
+    from netsim.calibrate import Options
+    from netsim.cli.calibrate import calibrate_command
+
+    options = Options(channel=channel, frame_byte=frame_byte, tx_power_dbm=tx_power_dbm)
+    calibrate_command(log, positions, out, plot, options)
+
+
 @app.command(name="list")
 def list_all() -> None:
     """List algorithms with their sources, devices and shipped scenarios."""

@@ -1,0 +1,1 @@
+"""The parts of docs/validation.md, one module a section; run by `python tools/validate.py`."""
