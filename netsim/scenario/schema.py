@@ -16,11 +16,13 @@ from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
+from netsim.sim.net.collection import CollectionParameters
+from netsim.sim.net.geographic import GeographicParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MediumParameters = IdealMediumParameters | LogDistanceParameters
 MacParameters = IdealMacParameters | CsmaParameters
-NetworkParameters = OneHopParameters | ShortestPathParameters
+NetworkParameters = OneHopParameters | ShortestPathParameters | GeographicParameters | CollectionParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 
 

@@ -203,6 +203,7 @@ class _Bench:
             deliver(message)
 
         station = self._post.stations[node] = Station(node, self._post, note)
+        station.position_m = _position_m(node)
         account = Account()
         battery = Battery(clock, battery_j, on_empty)
         meters = tuple(Meter(clock, battery, account, device) for device in ("cpu", "sensor"))
