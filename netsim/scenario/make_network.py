@@ -125,7 +125,7 @@ class NetworkMaker:
         if not isinstance(parameters, CollectionParameters) or discovery is None:
             return None
         links = lambda: discovery.table.costs(0.0)  # noqa: E731
-        return CollectionTree(self._clock, place.id, place.group.role == "sink", parameters, links, self._recorder)
+        return CollectionTree(self._clock, place.id, self._sinks, parameters, links, self._recorder)
 
     def _vector(self, place: Place, discovery: Discovery | None, draw: Draw, packet_byte: int) -> DistanceVector | None:
         parameters = self._parameters

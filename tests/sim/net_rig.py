@@ -147,7 +147,7 @@ class Net:
             return discovery.table.costs(0.0)
 
         parameters = CollectionParameters()
-        tree = CollectionTree(self.clock, node, node in self.sinks, parameters, links, self.recorder)
+        tree = CollectionTree(self.clock, node, self.sinks, parameters, links, self.recorder)
         self.trees[node] = tree
         return tree
 

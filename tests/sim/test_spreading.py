@@ -3,6 +3,7 @@
 from collections import Counter
 
 import networkx as nx
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -94,8 +95,6 @@ REGIONS = st.one_of(
 @given(st.integers(0, 2**32 - 1), REGIONS, st.sampled_from(["given", "geographic"]))
 @settings(max_examples=150, deadline=None)
 def test_a_geocast_reaches_only_the_region_each_node_once(seed, region, kind):
-    import numpy as np
-
     points = np.random.default_rng(seed).uniform(0, 100, (40, 2))
     positions_m = {node: (float(x), float(y)) for node, (x, y) in enumerate(points)}
     graph = unit_disk(positions_m, 25.0)

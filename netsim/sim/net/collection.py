@@ -9,7 +9,7 @@ Unlike CTP the interval between beacons is not adapted (Trickle); news bring an 
 """
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
@@ -61,7 +61,7 @@ class CollectionTree:
     Args:
         clock: Simulated time.
         node: This node's id.
-        is_sink: Whether it is a root.
+        sinks: The roots, known from the start; `node` may be one.
         settings: Thresholds.
         links: Expected transmissions to each neighbour.
         recorder: Where changes of parent go.
@@ -76,14 +76,15 @@ class CollectionTree:
         self,
         clock: Clock,
         node: int,
-        is_sink: bool,
+        sinks: Collection[int],
         settings: CollectionParameters,
         links: Callable[[], Mapping[int, float]],
         recorder: Recorder,
     ) -> None:
         self._clock = clock
         self._node = node
-        self._is_sink = is_sink
+        self._sinks = sinks
+        self._is_sink = is_sink = node in sinks
         self._settings = settings
         self._links = links
         self._recorder = recorder
@@ -105,7 +106,7 @@ class CollectionTree:
             return Way(packet.destination, packet)
         if packet.form == Form.COLLECT and previous is not None:
             self._look_for_loop(struct.unpack(">H", packet.fields)[0])
-        is_up = packet.form == Form.COLLECT or packet.destination == self._root
+        is_up = packet.form == Form.COLLECT or packet.destination in self._sinks
         if not is_up or self._parent is None:
             return Way(None, packet)
         return Way(self._parent, replace(packet, form=Form.COLLECT, fields=struct.pack(">H", self._cost)))

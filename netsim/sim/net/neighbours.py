@@ -73,15 +73,10 @@ class NeighbourTable:
         if entry is None:
             if not self._make_room():
                 return False
-            entry = self.known[node] = Known(now_ns, sequence, beacons=1, beacons_heard=1)
+            entry = self.known[node] = Known(now_ns, sequence)
         else:
             self._count(entry, (sequence - entry.sequence) % _SEQUENCES)
         entry.sequence, entry.heard_ns, entry.position_m = sequence, now_ns, position_m
-        if entry.beacons >= self._settings.beacon_window:
-            share = min(1.0, entry.beacons_heard / entry.beacons)
-            entry.prr_in = self._mean(entry.prr_in, share)
-            entry.beacons = entry.beacons_heard = 0
-            self._learn_from_beacons(entry)
         return True
 
     def on_report(self, node: int, share: float | None) -> None:
@@ -114,12 +109,22 @@ class NeighbourTable:
         return gone
 
     def _count(self, entry: Known, gap: int) -> None:
-        """Count a beacon and those missed before it."""
+        """Count a beacon and those missed before it.
+
+        The first beacon of all does not count, and a window is over after so many beacons, heard or not: an estimate
+        taken whenever one is heard would be too good.
+        """
         if gap == 0 or gap > self._settings.largest_gap + 1:
             entry.prr_in = entry.etx = None  # a copy, or a neighbour that began anew
             entry.beacons = entry.beacons_heard = 0
-        entry.beacons += max(1, gap) if gap <= self._settings.largest_gap + 1 else 1
-        entry.beacons_heard += 1
+            return
+        for missed in reversed(range(gap)):
+            entry.beacons += 1
+            entry.beacons_heard += missed == 0
+            if entry.beacons == self._settings.beacon_window:
+                entry.prr_in = self._mean(entry.prr_in, entry.beacons_heard / entry.beacons)
+                entry.beacons = entry.beacons_heard = 0
+                self._learn_from_beacons(entry)
 
     def _learn_from_beacons(self, entry: Known) -> None:
         if entry.prr_in and entry.prr_out:
