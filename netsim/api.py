@@ -193,6 +193,11 @@ class NodeHandle(Protocol):
         ...
 
     @property
+    def role(self) -> str:
+        """`sensor` or `sink`."""
+        ...
+
+    @property
     def neighbours(self) -> Sequence[Neighbour]:
         """Nodes within direct radio reach, by id: given, or those discovered so far (see the scenario's network)."""
         ...

@@ -71,6 +71,11 @@ class Handle:
         return self._node.identity.position_m
 
     @property
+    def role(self) -> str:
+        """See `NodeHandle.role`."""
+        return self._node.identity.role
+
+    @property
     def neighbours(self) -> Sequence[Neighbour]:
         """See `NodeHandle.neighbours`."""
         discovered = self._node.parts.network.discovered

@@ -95,10 +95,10 @@ class Station:
         return self._post.accept(self._node, BROADCAST, kind, payload, causes, done, inside)
 
     def send_to_sink(self, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
-        """In a test the sink is the node with the lowest number."""
-        sink = min(self._post.stations)
-        if sink == self._node:
-            message = f"a sink sent a {kind!r} message to the sink: it is there already"
+        """The sink with the fewest hops, then the lowest number."""
+        sink = self._post.nearest_sink(self._node)
+        if sink is None or sink == self._node:
+            message = f"sent a {kind!r} message to the sink, and there is none or it is there already"
             raise AlgorithmError(message)
         return self.send(sink, kind, payload, causes, done)
 
@@ -125,8 +125,14 @@ class Post:
     """Carries letters between stations as the medium decides."""
 
     def __init__(
-        self, clock: Clock, recorder: Recorder, medium: MessageMedium, neighbours: Mapping[int, Collection[int]]
+        self,
+        clock: Clock,
+        recorder: Recorder,
+        medium: MessageMedium,
+        neighbours: Mapping[int, Collection[int]],
+        sinks: Collection[int] = (),
     ) -> None:
+        self._sinks = sinks
         self._clock = clock
         self.recorder = recorder
         self._medium = medium
@@ -216,6 +222,13 @@ class Post:
             source = letter.source
             self.recorder.record(MessageDropped(letter.id, source, letter.destination, source, letter.kind, reason))
         letter.done(Delivery(False, reason, attempts))
+
+    def nearest_sink(self, node: int) -> int | None:
+        """The sink with the fewest hops, then the lowest number; itself for a sink, None without sinks."""
+        if node in self._sinks:
+            return node
+        hops = self.distances(node)
+        return min(self._sinks, key=lambda sink: (hops.get(sink, len(self.stations)), sink), default=None)
 
     def distances(self, source: int) -> Mapping[int, int]:
         """Hops to every node there is a way to."""
