@@ -13,6 +13,7 @@ from netsim.sim.frames import MAC_OVERHEAD_BYTE
 from netsim.sim.net.beacons import Discovery
 from netsim.sim.net.book import MessageBook
 from netsim.sim.net.collection import CollectionParameters, CollectionTree
+from netsim.sim.net.context import Given, NetContext
 from netsim.sim.net.distance_vector import DistanceVector
 from netsim.sim.net.geographic import GeographicParameters, GeographicRouter
 from netsim.sim.net.link_port import Draw
@@ -71,21 +72,19 @@ class NetworkMaker:
         tree = self._tree(place, discovery)
         vector = self._vector(place, discovery, draw, packet_byte)
         nearest = self._nearest_sink(place)
-        network = Network(
+        context = NetContext(
             self._clock,
             place.id,
-            self._router(place, by_position, tree, vector),
             self._book,
             self._recorder,
             packet_byte,
-            deliver,
-            settings=self._parameters,
-            draw=draw,
-            surroundings=discovery,
-            by_position=by_position,
-            position_m=_position_of(place),
-            sink=lambda: nearest if tree is None or tree.root is None else tree.root,
+            self._parameters,
+            draw,
+            _position_of(place),
+            discovery or Given(),
+            lambda: nearest if tree is None or tree.root is None else tree.root,
         )
+        network = Network(context, self._router(place, by_position, tree, vector), deliver, by_position)
         _connect(network, discovery, tree, vector)
         return network
 

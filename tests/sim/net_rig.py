@@ -10,6 +10,7 @@ from netsim.sim.clock import Clock
 from netsim.sim.net.beacons import Discovery
 from netsim.sim.net.book import MessageBook
 from netsim.sim.net.collection import CollectionParameters, CollectionTree
+from netsim.sim.net.context import Given, NetContext
 from netsim.sim.net.distance_vector import DistanceVector
 from netsim.sim.net.geographic import GeographicRouter
 from netsim.sim.net.network import Network
@@ -112,21 +113,19 @@ class Net:
         router = {"geographic": lambda: by_position, "collection": lambda: self._tree(node, discovery)}.get(
             self.kind, lambda: TableRouter(node, self._routes(node, discovery, draw))
         )()
-        network = Network(
+        context = NetContext(
             self.clock,
             node,
-            router,
             self.book,
             self.recorder,
             PACKET_BYTE,
-            lambda message: self.delivered.append((node, message)),
-            settings=self.settings,
-            draw=draw,
-            surroundings=discovery,
-            by_position=by_position,
-            position_m=where,
-            sink=lambda: node if node in self.sinks else min(self.sinks, default=None),
+            self.settings,
+            draw,
+            where,
+            discovery or Given(),
+            lambda: node if node in self.sinks else min(self.sinks, default=None),
         )
+        network = Network(context, router, lambda message: self.delivered.append((node, message)), by_position)
         network.attach(Wire(self, node))
         self._connect(node, network, discovery)
         return network
