@@ -108,6 +108,18 @@ def test_without_noise_every_network_delivers_everything_over_many_hops(tmp_path
         assert len(of(events, MessageDelivered)) == len(of(events, MessageSent)) == 27, network
 
 
+def test_an_algorithm_sees_whom_its_node_has_discovered(tmp_path):
+    watch = {"algorithm": '{type: "sim_algorithms:Watch"}', "medium": "{type: ideal, range_m: 20}", "spacing_m": 15}
+    seen = {}
+    for network in ("{type: one-hop}", NETWORKS["one-hop"]):
+        events, _ = run(small(tmp_path, network=network, **watch))
+        seen[network] = [json.loads(event.fields_json) for _, event in of(events, AlgorithmRecord)]
+    given, found = seen.values()
+    assert found[:9] == [[]] * 9
+    assert sorted(found[9:]) == sorted(given[:9]) == sorted(given[9:])
+    assert {len(known) for known in found[9:]} == {2, 3, 4}
+
+
 BRIDGE = """
 kind: scenario
 schema_version: 1
