@@ -27,6 +27,10 @@ SHARE_OF_PERIOD = 0.1
 """News go out within this part of an update period."""
 VALID_PERIODS = 3.5
 """A neighbour's word on a destination is forgotten when it was not repeated for so many periods."""
+SWITCH = 50
+"""A next hop is left for one whose way costs so many hundredths less: half a transmission, against noise in estimates."""
+NOTABLE = 0.1
+"""The cost of a link in use is replaced when the estimate differs by more than this part of it."""
 _ENTRY = struct.Struct(">3H")
 
 
@@ -103,6 +107,8 @@ class DistanceVector:
         self._sequence = 0
         self._updates = 0
         self._news: set[int] = set()
+        self._used: dict[int, int] = {}  # cost of each link, in hundredths, as routes are computed with
+        self._touched: set[int] = set()  # destinations to choose for anew
         self._life = 0
         self._looks = False
 
@@ -131,6 +137,8 @@ class DistanceVector:
         """See `Advertiser.forget`."""
         self._routes.clear()
         self._news.clear()
+        self._used.clear()
+        self._touched.clear()
         self._looks = False
 
     def on_packet(self, data: bytes, neighbour: int) -> bool:
@@ -138,16 +146,22 @@ class DistanceVector:
         if (len(data) - 1) % _ENTRY.size:
             return False
         now_ns = self._clock.now_ns
-        for destination, sequence, told in _ENTRY.iter_unpack(data[1:]):
-            if destination == self._node:
-                continue
-            route = self._routes.setdefault(destination, Route({}))
-            if told == NONE:
-                route.words.pop(neighbour, None)
-            else:
-                route.words[neighbour] = Word(sequence, told, now_ns)
+        for destination, sequence, distance in _ENTRY.iter_unpack(data[1:]):
+            if destination != self._node:
+                word = None if distance == NONE else Word(sequence, distance, now_ns)
+                self._hear(self._routes.setdefault(destination, Route({})), destination, neighbour, word)
         self.on_neighbours()
         return True
+
+    def _hear(self, route: Route, destination: int, neighbour: int, word: Word | None) -> None:
+        """Keep a neighbour's word; only one that may change something makes the node choose anew."""
+        if word is None:
+            route.words.pop(neighbour, None)
+        else:
+            route.words[neighbour] = word
+        may_win = word is not None and word.distance + self._used.get(neighbour, NONE) < route.cost
+        if may_win or neighbour == route.hop:
+            self._touched.add(destination)
 
     def advert(self) -> bytes:
         """See `Advertiser.advert`: routes travel by themselves."""
@@ -167,36 +181,60 @@ class DistanceVector:
 
     def _choose(self) -> None:
         self._looks = False
-        links = {node: round(UNIT * cost) for node, cost in self._links().items()}
-        oldest_ns = self._clock.now_ns - int(VALID_PERIODS * self._period_ns)
-        for destination, route in self._routes.items():
-            stale = [node for node, word in route.words.items() if node not in links or word.heard_ns < oldest_ns]
-            for node in stale:
-                del route.words[node]
-            self._choose_for(destination, route, links)
+        changed = self._take_links()
+        if changed:
+            self._touched |= {node for node, route in self._routes.items() if not changed.isdisjoint(route.words)}
+        for destination in sorted(self._touched):
+            self._choose_for(destination, self._routes[destination])
+        self._touched.clear()
         if self._news:
             self._tell_soon()
 
-    def _choose_for(self, destination: int, route: Route, links: Mapping[int, int]) -> None:
-        """The cheapest feasible neighbour; among equals the present one, then the lowest id."""
+    def _take_links(self) -> set[int]:
+        """Take over the estimates that differ notably from the costs in use; returns whose."""
+        links = {node: round(UNIT * cost) for node, cost in self._links().items()}
+        changed = self._used.keys() - links.keys()
+        for node, cost in links.items():
+            if node not in self._used or abs(cost - self._used[node]) > NOTABLE * self._used[node]:
+                changed.add(node)
+        for node in changed:
+            self._used.pop(node, None)
+            if node in links:
+                self._used[node] = links[node]
+        return changed
+
+    def _choose_for(self, destination: int, route: Route) -> None:
+        """The cheapest feasible neighbour, the lowest id among equals; or the present one if that is hardly worse."""
         costs = {
-            node: word.distance + links[node]
+            node: word.distance + self._used[node]
             for node, word in route.words.items()
-            if is_feasible(word, route.told) and word.distance + links[node] < NONE
+            if node in self._used and is_feasible(word, route.told)
         }
-        best = min(costs, key=lambda node: (costs[node], node != route.hop, node), default=None)
-        was, route.hop = route.hop, best
-        route.cost = NONE if best is None else costs[best]
+        costs = {node: cost for node, cost in costs.items() if cost < NONE}
+        best = min(costs, key=lambda node: (costs[node], node), default=None)
+        was = route.hop
+        if best is not None and was in costs and costs[was] - costs[best] < SWITCH:
+            best = was
+        route.hop, route.cost = best, NONE if best is None else costs[best]
         if best != was:
             self._news.add(destination)
             hop, cost = (BROADCAST, 0.0) if best is None else (best, route.cost / UNIT)
             self._recorder.record(RouteChange(self._node, destination, hop, cost))
+
+    def _drop_stale(self) -> None:
+        """Forget what was not repeated for too long."""
+        oldest_ns = self._clock.now_ns - int(VALID_PERIODS * self._period_ns)
+        for destination, route in self._routes.items():
+            for node in [node for node, word in route.words.items() if word.heard_ns < oldest_ns]:
+                del route.words[node]
+                self._touched.add(destination)
 
     # --- telling ------------------------------------------------------------------------------------------------------
 
     def _beat(self, life: int) -> None:
         if life != self._life:
             return
+        self._drop_stale()
         self._choose()
         self._sequence = (self._sequence + 1) % 0x10000
         self._tell(sorted(self._routes))
