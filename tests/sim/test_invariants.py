@@ -38,6 +38,12 @@ SCENARIOS = {
         mac="{type: ideal}",
         network="{type: one-hop}",
     ),
+    "discovering": lambda folder: small(
+        folder,
+        algorithm=TOGETHER,
+        battery="{type: capacity, energy_j: 0.0225}",
+        network="{type: shortest-path, update_s: 0.1, discovery: {type: beacons, period_s: 0.02}}",
+    ),
     "ideal-csma": lambda folder: small(folder, algorithm=TOGETHER, medium="{type: ideal, delay_s: 0}"),
 }
 

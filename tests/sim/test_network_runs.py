@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scenarios_for_tests import Shuffled, run, small
 from test_order import by_instant
 
+from netsim.errors import ScenarioError
 from netsim.scenario.load import load
 from netsim.trace.events import (
     BROADCAST,
@@ -118,6 +119,21 @@ def test_an_algorithm_sees_whom_its_node_has_discovered(tmp_path):
     assert found[:9] == [[]] * 9
     assert sorted(found[9:]) == sorted(given[:9]) == sorted(given[9:])
     assert {len(known) for known in found[9:]} == {2, 3, 4}
+
+
+@pytest.mark.parametrize(
+    ("network", "expected"),
+    [
+        ("{type: geographic, discovery: {type: beacons, positions: false}}", "positions: true"),
+        ("{type: collection, discovery: {type: given}}", "beacons"),
+        ("{type: one-hop, memory_s: 30}", "memory_s above reassembly_timeout_s"),
+        ("{type: collection, hop_limit: 300}", "255"),
+    ],
+)
+def test_settings_that_do_not_fit_are_findings(tmp_path, network, expected):
+    with pytest.raises(ScenarioError, match=expected) as caught:
+        small(tmp_path, network=network)
+    assert all(finding.line for finding in caught.value.findings)
 
 
 BRIDGE = """

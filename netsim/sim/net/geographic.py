@@ -31,7 +31,7 @@ from netsim.sim.net.planar import (
 )
 from netsim.sim.net.regions import centre, decode_region, region_byte
 from netsim.sim.net.router import Way
-from netsim.sim.net.settings import HopLimit, NetworkSettings
+from netsim.sim.net.settings import BeaconDiscovery, HopLimit, NetworkSettings
 
 
 @parameters
@@ -50,6 +50,13 @@ class GeographicParameters(NetworkSettings):
     """Packets that have made so many hops are dropped."""
     retries: Annotated[int, Le(30)] = 2
     """How often a packet that the link layer gave up is routed anew."""
+
+    def __post_init__(self) -> None:
+        """Neighbours that do not tell where they are cannot be chosen by position."""
+        NetworkSettings.__post_init__(self)
+        if isinstance(self.discovery, BeaconDiscovery) and not self.discovery.positions:
+            message = "discovery with `positions: true`, for geographic routing"
+            raise ValueError(message)
 
 
 @dataclass(frozen=True, slots=True)
