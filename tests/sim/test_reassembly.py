@@ -1,5 +1,7 @@
 """Once or not at all, and byte-equal, whatever becomes of packets; time-outs at their time; bounds; numbers coming round."""
 
+import networkx as nx
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,7 +11,7 @@ from netsim.api import Delivery
 from netsim.sim.clock import Clock
 from netsim.sim.net.packet import HEADER_BYTE, Packet
 from netsim.sim.net.reassembly import Reassembly, Recent, SequenceNumbers
-from netsim.sim.net.settings import NetworkSettings
+from netsim.sim.net.settings import BeaconDiscovery, NetworkSettings
 from netsim.trace.events import MessageDelivered, MessageDropped, MessageSent
 
 CHUNK_BYTE = PACKET_BYTE - HEADER_BYTE
@@ -46,6 +48,51 @@ def test_under_any_loss_reordering_and_duplication_a_message_comes_once_or_not_a
     assert all(payload == payloads[int(kind[1:])] for kind, payload in got)
     assert len(net.of(MessageDelivered)) == len(got)
     assert all(network.pending == 0 for network in net.networks.values())
+
+
+@given(
+    kind=st.sampled_from(["vector", "collection", "geographic"]),
+    sizes=st.lists(st.integers(0, 500), min_size=1, max_size=4),
+    seed=st.integers(0, 1000),
+    lost=st.floats(0.0, 0.3),
+    unacknowledged=st.floats(0.0, 0.5),
+    spread=st.integers(0, 40),
+)
+@settings(max_examples=60, deadline=None)
+def test_second_tries_by_other_ways_bring_nothing_twice(kind, sizes, seed, lost, unacknowledged, spread):
+    """Packets and acknowledgements are lost, what was not acknowledged is routed anew, and copies overtake each other."""
+    random = np.random.default_rng(seed)
+    fate = random.random((6, 4000, 2))
+    graph = nx.Graph([(0, 1), (0, 2), (1, 3), (2, 3), (1, 4), (3, 5), (4, 5)])
+    positions_m = {0: (0.0, 0.0), 1: (1.0, 1.0), 2: (1.0, -1.0), 3: (2.0, 0.0), 4: (2.0, 2.0), 5: (3.0, 1.0)}
+
+    def rule(node, number):
+        arrives, acknowledged = fate[node, number] > (lost, unacknowledged)
+        return bool(arrives), bool(arrives and acknowledged)
+
+    net = Net(
+        graph,
+        rule,
+        kind=kind,
+        positions_m=positions_m,
+        sinks=(0,),
+        settings=NetworkSettings(retries=5, hop_limit=64),
+        beacons=BeaconDiscovery(period_s=1.0),
+        seed=seed,
+    )
+    net.run(15 * S)
+    for network in net.networks.values():
+        network.filter = lambda data, _: [(int(random.random() * spread) * MS, data)]
+    payloads = [bytes((index * 31 + number) % 251 for index in range(size)) for number, size in enumerate(sizes)]
+    for number, payload in enumerate(payloads):
+        net.send(5, 0, payload, kind=f"k{number}")
+    net.run(60 * S)
+    got = [(message.kind, message.payload) for _, message in net.delivered]
+    assert len({kind for kind, _ in got}) == len(got)
+    assert all(payload == payloads[int(kind[1:])] for kind, payload in got)
+    dropped = {event.message_id for event in net.of(MessageDropped)}
+    for event in net.of(MessageSent):  # what did not arrive was given up somewhere, with a reason
+        assert event.message_id in dropped or event.kind in {kind for kind, _ in got}
 
 
 def test_what_passes_unharmed_is_delivered_and_copies_are_not():
