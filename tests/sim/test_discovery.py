@@ -169,7 +169,7 @@ def test_the_table_is_bounded_and_a_bad_neighbour_gives_way():
     assert not links.on_beacon(3, 1, None, 4 * S)
     for node in (1, 2):
         links.on_report(node, 1.0)
-    links.known[2].etx = 6.6
+    links.known[2].etx = 6.6  # as if learned
     assert links.on_beacon(3, 2, None, 5 * S)
     assert sorted(links.known) == [1, 3]
 

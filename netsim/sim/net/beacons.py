@@ -120,7 +120,7 @@ class Discovery:
         """See `Service.stop`. The number of the next beacon is kept."""
         self._life += 1
         self._hurries = False
-        self.table.known.clear()
+        self.table.clear()
         if self.advertiser is not None:
             self.advertiser.forget()
 

@@ -144,12 +144,13 @@ class CollectionTree:
     def _choose(self) -> None:
         self._looks = False
         links = self._links()
-        self._offers = {node: offer for node, offer in self._offers.items() if node in links}
-        costs = {
-            node: offer.cost + round(UNIT * links[node])
-            for node, offer in self._offers.items()
-            if offer.parent != self._node and links[node] <= self._settings.largest_link_etx
-        }
+        costs = {}
+        for node, offer in list(self._offers.items()):
+            link = links.get(node)
+            if link is None:
+                del self._offers[node]
+            elif offer.parent != self._node and link <= self._settings.largest_link_etx:
+                costs[node] = offer.cost + round(UNIT * link)
         costs = {node: cost for node, cost in costs.items() if cost < NONE}
         best = min(costs, key=lambda node: (costs[node], node), default=None)
         here = costs.get(self._parent) if self._parent is not None else None

@@ -4,7 +4,7 @@ Fonseca, Gnawali, Jamieson, Levis, "Four-bit wireless link estimation", HotNets 
 (`tos/lib/net/4bitle/LinkEstimatorP.nc`). No time is drawn and nothing sent here: whoever owns the table tells it both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from netsim.api import Delivery
@@ -51,6 +51,7 @@ class NeighbourTable:
         self._settings = settings
         self._validity_ns = validity_ns
         self.known: dict[int, Known] = {}
+        self._costs: dict[float, dict[int, float]] = {}  # by threshold, until an estimate changes
 
     def two_way(self) -> Iterator[tuple[int, Known, float, float]]:
         """Neighbours heard that report to hear us: (id, entry, share there, share back), ascending."""
@@ -58,14 +59,21 @@ class NeighbourTable:
             if entry.prr_in is not None and entry.prr_out is not None:
                 yield node, entry, entry.prr_out, entry.prr_in
 
-    def costs(self, minimum_prr: float) -> dict[int, float]:
+    def costs(self, minimum_prr: float) -> Mapping[int, float]:
         """Expected transmissions to each neighbour whose link is good enough in both directions."""
-        most_etx = self._settings.evict_etx
-        return {
-            node: entry.etx
-            for node, entry, there, back in self.two_way()
-            if entry.etx is not None and min(there, back) >= minimum_prr and entry.etx <= most_etx
-        }
+        if minimum_prr not in self._costs:
+            most_etx = self._settings.evict_etx
+            self._costs[minimum_prr] = {
+                node: entry.etx
+                for node, entry, there, back in self.two_way()
+                if entry.etx is not None and min(there, back) >= minimum_prr and entry.etx <= most_etx
+            }
+        return self._costs[minimum_prr]
+
+    def clear(self) -> None:
+        """Forget everybody."""
+        self.known.clear()
+        self._costs.clear()
 
     def on_beacon(self, node: int, sequence: int, position_m: Point | None, now_ns: int) -> bool:
         """A beacon came; False where there is no room for its sender."""
@@ -83,6 +91,8 @@ class NeighbourTable:
         """A neighbour reports what share of our beacons it hears; None where it does not hear us."""
         entry = self.known[node]
         was, entry.prr_out = entry.prr_out, share
+        if share != was:
+            self._costs.clear()
         if share is None or entry.prr_in is None:
             entry.etx = None
         elif was is None:
@@ -100,12 +110,14 @@ class NeighbourTable:
             entry.attempts = entry.acknowledged = 0
             if entry.etx is not None:
                 entry.etx = self._mean(entry.etx, estimate)
+                self._costs.clear()
 
     def expire(self, now_ns: int) -> list[int]:
         """Forget who was not heard for too long; returns who that was."""
         gone = [node for node, entry in self.known.items() if now_ns - entry.heard_ns >= self._validity_ns]
         for node in gone:
             del self.known[node]
+            self._costs.clear()
         return gone
 
     def _count(self, entry: Known, gap: int) -> None:
@@ -117,6 +129,7 @@ class NeighbourTable:
         if gap == 0 or gap > self._settings.largest_gap + 1:
             entry.prr_in = entry.etx = None  # a copy, or a neighbour that began anew
             entry.beacons = entry.beacons_heard = 0
+            self._costs.clear()
             return
         for missed in reversed(range(gap)):
             entry.beacons += 1
@@ -124,6 +137,7 @@ class NeighbourTable:
             if entry.beacons == self._settings.beacon_window:
                 entry.prr_in = self._mean(entry.prr_in, entry.beacons_heard / entry.beacons)
                 entry.beacons = entry.beacons_heard = 0
+                self._costs.clear()
                 self._learn_from_beacons(entry)
 
     def _learn_from_beacons(self, entry: Known) -> None:
@@ -142,4 +156,5 @@ class NeighbourTable:
         if (self.known[worst].etx or 0.0) <= self._settings.evict_etx:
             return False
         del self.known[worst]
+        self._costs.clear()
         return True
