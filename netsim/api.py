@@ -5,7 +5,7 @@ An algorithm is a class with one generator method, `run(node)`. It keeps its sta
 receives. Payloads are bytes (see `netsim.codec`); nothing is passed between nodes by reference.
 """
 
-from collections.abc import Callable, Collection, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
@@ -20,6 +20,7 @@ __all__ = [
     "SERVICE_PREFIX",
     "Algorithm",
     "Budget",
+    "Circle",
     "Delivery",
     "EnergyTask",
     "Message",
@@ -28,6 +29,9 @@ __all__ = [
     "NodeHandle",
     "Observation",
     "Op",
+    "Polygon",
+    "Rectangle",
+    "Region",
     "Task",
     "Ticket",
 ]
@@ -96,13 +100,56 @@ class Neighbour:
 
     Attributes:
         id: Its node id.
-        distance_m: How far away it is.
-        prr: Packet reception ratio of a full-size frame from here to there, without interference.
+        distance_m: How far away it is; infinite where a discovered neighbour did not tell its position.
+        prr: Packet reception ratio from here to there: of a full-size frame without interference where neighbours are
+            given, of beacons as the neighbour reports it where they are discovered.
     """
 
     id: int
     distance_m: float
     prr: float
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """A disk, for `NodeHandle.geocast`.
+
+    Attributes:
+        centre_m: Its centre.
+        radius_m: Its radius.
+    """
+
+    centre_m: tuple[float, float]
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rectangle:
+    """A rectangle along the axes, for `NodeHandle.geocast`.
+
+    Attributes:
+        low_m: Lower left corner.
+        high_m: Upper right corner.
+    """
+
+    low_m: tuple[float, float]
+    high_m: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Polygon:
+    """A simple polygon of three to eight vertices, for `NodeHandle.geocast`.
+
+    Messages head for the mean of its vertices, so that had better lie inside.
+
+    Attributes:
+        vertices_m: Its corners in order, not repeated at the end.
+    """
+
+    vertices_m: tuple[tuple[float, float], ...]
+
+
+Region = Circle | Rectangle | Polygon
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,8 +295,16 @@ class NodeHandle(Protocol):
         ...
 
     @property
+    def role(self) -> str:
+        """`sensor` or `sink`."""
+        ...
+
+    @property
     def neighbours(self) -> Sequence[Neighbour]:
-        """Nodes within direct radio reach, by id; those that were given follow nodes that move."""
+        """Nodes within direct radio reach, by id: given, or those discovered so far (see the scenario's network).
+
+        Those that were given follow nodes that move.
+        """
         ...
 
     @property
@@ -309,6 +364,50 @@ class NodeHandle(Protocol):
 
         Raises:
             AlgorithmError: For a payload of under 8 or over 32 bytes: it must fit into one frame.
+        """
+        ...
+
+    def multicast(
+        self, destinations: Collection[int], kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
+    ) -> Mapping[int, Ticket]:
+        """Send the same bytes to several nodes, with one transmission for those that are direct neighbours.
+
+        Where two destinations or more are one hop away, one frame for all carries their ids (2 bytes each) and is not
+        acknowledged; the others are sent to one by one.
+
+        Args:
+            destinations: Node ids.
+            kind: As for `send`.
+            payload: As for `send`.
+            causes: As for `send`.
+
+        Returns:
+            The ticket of each destination; those served by one transmission share theirs.
+
+        Raises:
+            AlgorithmError: As for `send`.
+        """
+        ...
+
+    def flood(
+        self, kind: str, payload: bytes, *, hop_limit: int = 16, causes: Sequence[Message] | None = None
+    ) -> Ticket:
+        """Send to every node within `hop_limit` hops (1 to 255): each passes it on once; not acknowledged."""
+        ...
+
+    def geocast(self, region: Region, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> Ticket:
+        """Send to every node in a region: by position until one of its nodes is reached, then flooded inside.
+
+        Nodes in a part of the region that cannot be reached through the region itself are missed. The ticket tells of
+        the first hop only.
+        """
+        ...
+
+    def send_to_sink(self, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> Ticket:
+        """Send to a sink: the one the collection tree leads to, under other networks the nearest.
+
+        Raises:
+            AlgorithmError: If there is no sink, or this node is one.
         """
         ...
 

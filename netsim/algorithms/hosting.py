@@ -13,7 +13,7 @@ from netsim.kernels.association_vertices import hosted_vertices
 from netsim.kernels.graph_model import GraphKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vertex import Vertex
-from netsim.protocols.exchange import exchange
+from netsim.protocols.exchange import Manner, exchange
 
 OBSERVATIONS = "observations"
 
@@ -31,7 +31,9 @@ class Hosting:
     hosts: Mapping[int, int]
 
 
-def prepare(node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int) -> Op[Hosting]:
+def prepare(
+    node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int, manner: Manner = "unicast"
+) -> Op[Hosting]:
     """Build the vertices this node hosts; returns at the deadline on every node.
 
     In data association a sensor's compatibility functions contain its partners' measurements (Chen et al. 2006, eqs 9
@@ -42,13 +44,14 @@ def prepare(node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int
         width: Precision of the measurements on the air.
         deadline_ns: When the exchange ends, by the node's clock.
         attempts: How often an unacknowledged measurement is sent.
+        manner: How measurements are exchanged (see `netsim.protocols.exchange`).
 
     Raises:
         AlgorithmError: If the scenario's problem is not one for message passing.
     """
     knowledge = node.knowledge
     if isinstance(knowledge, AssociationKnowledge):
-        own, others = yield from _measure(node, knowledge, width, deadline_ns, attempts)
+        own, others = yield from _measure(node, knowledge, width, deadline_ns, attempts, manner)
         sensor, targets = hosted_vertices(knowledge, own, others)
         return Hosting((sensor, *targets), knowledge.hosts)
     yield from node.pause_until(deadline_ns)
@@ -61,13 +64,18 @@ def prepare(node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int
 
 
 def _measure(
-    node: NodeHandle, knowledge: AssociationKnowledge, width: FloatWidth, deadline_ns: int, attempts: int
+    node: NodeHandle,
+    knowledge: AssociationKnowledge,
+    width: FloatWidth,
+    deadline_ns: int,
+    attempts: int,
+    manner: Manner,
 ) -> Op[tuple[FloatArray, Mapping[int, FloatArray]]]:
     """Sense, tell the partners, hear theirs. What is used here is what is sent: both ends must compute with the same."""
     observation = yield from node.sense()
     payload = encode_floats(observation.values.ravel(), width)
     nodes = {knowledge.sensor_nodes[sensor]: sensor for sensor in knowledge.partners}
-    heard = yield from exchange(node, OBSERVATIONS, payload, sorted(nodes), deadline_ns, attempts)
+    heard = yield from exchange(node, OBSERVATIONS, payload, sorted(nodes), deadline_ns, attempts, manner)
     others = {sensor: np.empty((0, 2)) for sensor in knowledge.partners}
     others.update({nodes[source]: _points(data, width) for source, data in heard.items()})
     return _points(payload, width), others

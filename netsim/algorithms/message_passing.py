@@ -117,7 +117,8 @@ class MessagePassing:
         """See `netsim.api.Algorithm.run`."""
         parameters = self._parameters
         start_ns = s_to_ns(parameters.setup_s)
-        hosting = yield from prepare(node, parameters.payload, start_ns, parameters.setup_attempts)
+        setup = parameters.setup_attempts, parameters.setup_exchange
+        hosting = yield from prepare(node, parameters.payload, start_ns, *setup)
         hosted = Hosted.of(hosting, rule_of(parameters))
         if parameters.schedule == "synchronous":
             yield from self._rounds(node, hosted, start_ns)

@@ -10,6 +10,7 @@ from annotated_types import Ge, Le, Lt
 from netsim.codec import FloatWidth
 from netsim.kernels.communication import CommunicationRule
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
+from netsim.protocols.exchange import Manner
 
 LAST_ROUND = 0xFFFF
 """Largest round number: two bytes on the air."""
@@ -33,6 +34,9 @@ class MessagePassingParameters:
     """Time for sensing and for the exchange of measurements before the first round."""
     setup_attempts: PositiveInt = 3
     """How often a measurement is sent that was not acknowledged."""
+    setup_exchange: Manner = "unicast"
+    """How measurements are exchanged: to each partner alone and acknowledged, or by one transmission to all in reach, after
+    which a node asks the partners it did not hear."""
     spread_s: NonNegative = 0.5
     """Each node sends at a random moment within this time after computing, so that not all speak at once."""
     resend: Annotated[int, Ge(0), Le(10)] = 2

@@ -7,6 +7,7 @@ from dataclasses import dataclass, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsParameters
 from netsim.algorithms.message_passing import MessagePassing
 from netsim.algorithms.message_passing_parameters import (
     CsmpParameters,
@@ -91,6 +92,12 @@ SHIPPED: Mapping[str, Entry] = {
             NeighbourTrafficParameters,
             NeighbourTraffic,
             "plain traffic to the nearest neighbours, for radio and battery studies",
+        ),
+        Entry(
+            "collect-readings",
+            CollectReadingsParameters,
+            CollectReadings,
+            "every node senses regularly and sends its readings to a sink",
         ),
     )
 }

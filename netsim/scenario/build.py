@@ -117,7 +117,7 @@ class _Builder:
         scenario, streams, recorder = self._scenario, self._streams, self._recorder
         self._medium = make_medium(scenario, clock, recorder, streams, self._air)
         make_mac = MacMaker(loaded, clock, streams, self._medium, self._air, self._places)
-        make_network = NetworkMaker(scenario, clock, recorder, streams, self._air)
+        make_network = NetworkMaker(scenario, clock, recorder, streams, self._air, self._places)
         self._shared = Shared(scenario, clock, recorder, streams, self._medium, make_mac, make_network)
         self._ids = frozenset(place.id for place in self._places)
 

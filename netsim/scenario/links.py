@@ -40,6 +40,7 @@ class Air:
     Attributes:
         paths: For each node the nodes its signal reaches, ascending; as of the last `relocate`.
         neighbours: For each node its neighbours, ascending; as of the last `relocate`.
+        positions_m: Where each node is, as of the last `relocate`.
         table: The links at the start as an event for the trace.
         noise: Background noise at the nodes, ascending by id.
         fading: What varies from frame to frame; None for nothing.
@@ -48,6 +49,7 @@ class Air:
 
     paths: dict[int, list[Link]]
     neighbours: dict[int, tuple[Neighbour, ...]]
+    positions_m: dict[int, tuple[float, float]]
     table: LinkTable
     noise: Noise
     fading: Fading | None = None
@@ -77,6 +79,7 @@ class Air:
         if self._links is None:
             message = "the trace medium has the links of its file: its nodes cannot move"
             raise ScenarioError(message)
+        self.positions_m.update(moved)
         return self._links.relocate(self, moved)
 
 
@@ -105,6 +108,7 @@ def air_between(places: Sequence[Place], loaded: LoadedScenario, streams: Stream
     return Air(
         paths,
         {number: tuple(known) for number, known in neighbours.items()},
+        {place.id: (place.x_m, place.y_m) for place in places},
         _table(places, quality),
         source.background.noise,
         source.fading,

@@ -28,10 +28,12 @@ from netsim.sim.mac.csma import CsmaParameters
 from netsim.sim.mac.ideal import IdealMacParameters
 from netsim.sim.mac.lpl_timing import LplParameters
 from netsim.sim.mac.tdma import TdmaParameters
+from netsim.sim.net.collection import CollectionParameters
+from netsim.sim.net.geographic import GeographicParameters
 from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters | LplParameters
-NetworkParameters = OneHopParameters | ShortestPathParameters
+NetworkParameters = OneHopParameters | ShortestPathParameters | GeographicParameters | CollectionParameters
 ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
 
 

@@ -2,17 +2,20 @@
 
 import math
 import operator
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from typing import Any, SupportsIndex, TypeVar, cast
 
 import numpy as np
 
-from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op
+from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op, Polygon, Region
 from netsim.errors import AlgorithmError
 from netsim.rng import Streams
 from netsim.sim.budget import EnergyTask, NodeBudget, Policy
 from netsim.sim.clock import Clock
 from netsim.sim.devices import SensorPort
+from netsim.sim.net.flooding import FLOOD_LIMIT
+from netsim.sim.net.regions import MOST_VERTICES
 from netsim.sim.node import Node
 from netsim.sim.stamps import MOST_STAMPED_BYTE, STAMP_BYTE
 from netsim.sim.tasks import Operation, RunningTask, SentMessage, started
@@ -23,6 +26,9 @@ from netsim.units import NS_PER_S
 T = TypeVar("T")
 INFO = 2
 MOST_RATE_PPB = 1_000_000
+MOST_HOPS = 255
+MOST_TOGETHER = 24
+"""Destinations of one multicast frame: their ids take 49 bytes of it."""
 RECORDABLE = (AlgorithmRecord, Association, Estimate, GraphMessages, Marginals, Role)
 """What an algorithm may put into the trace besides log lines."""
 
@@ -82,9 +88,15 @@ class Handle:
         return self._node.identity.position_m
 
     @property
+    def role(self) -> str:
+        """See `NodeHandle.role`."""
+        return self._node.identity.role
+
+    @property
     def neighbours(self) -> Sequence[Neighbour]:
         """See `NodeHandle.neighbours`."""
-        return self._node.identity.neighbours
+        discovered = self._node.parts.network.discovered
+        return self._node.identity.neighbours if discovered is None else discovered
 
     @property
     def energy_left_j(self) -> float:
@@ -110,12 +122,7 @@ class Handle:
         self, destination: int, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
     ) -> SentMessage:
         """See `NodeHandle.send`."""
-        if destination == self.id:
-            message = f"sent a {kind!r} message to itself: co-hosted variables need no air"
-            raise AlgorithmError(message)
-        if destination not in self._known_ids:
-            message = f"sent a {kind!r} message to node {destination}, which does not exist"
-            raise AlgorithmError(message)
+        self._check(destination, kind)
         return self._send(destination, kind, payload, causes)
 
     def broadcast(self, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> SentMessage:
@@ -133,6 +140,49 @@ class Handle:
         stamps.expect(ticket.message_id)
         ticket.on_done = lambda: stamps.forget(ticket.message_id)
         return ticket
+
+    def multicast(
+        self, destinations: Collection[int], kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
+    ) -> Mapping[int, SentMessage]:
+        """See `NodeHandle.multicast`."""
+        for destination in destinations:
+            self._check(destination, kind)
+        network = self._node.parts.network
+        direct = sorted({node for node in destinations if network.is_direct(node)})
+        groups = [direct[start : start + MOST_TOGETHER] for start in range(0, len(direct), MOST_TOGETHER)]
+        shared = [group for group in groups if len(group) > 1]
+        tickets: dict[int, SentMessage] = {}
+        for group in shared:
+            ticket = self._hand_over(kind, payload, causes, partial(network.multicast, group))
+            tickets.update(dict.fromkeys(group, ticket))
+        for destination in sorted(set(destinations) - set(tickets)):
+            tickets[destination] = self._send(destination, kind, payload, causes)
+        return dict(sorted(tickets.items()))
+
+    def flood(
+        self, kind: str, payload: bytes, *, hop_limit: int = FLOOD_LIMIT, causes: Sequence[Message] | None = None
+    ) -> SentMessage:
+        """See `NodeHandle.flood`."""
+        if not 1 <= self._whole("flood(hop_limit=...)", hop_limit) <= MOST_HOPS:
+            message = f"flood(hop_limit={hop_limit}): a flood makes 1 to {MOST_HOPS} hops"
+            raise AlgorithmError(message)
+        return self._hand_over(kind, payload, causes, partial(self._node.parts.network.flood, hop_limit))
+
+    def geocast(
+        self, region: Region, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None
+    ) -> SentMessage:
+        """See `NodeHandle.geocast`."""
+        if not isinstance(region, Region):
+            message = f"geocast to {region!r}: a region is a Circle, a Rectangle or a Polygon of netsim.api"
+            raise AlgorithmError(message)
+        if isinstance(region, Polygon) and not 3 <= len(region.vertices_m) <= MOST_VERTICES:
+            message = f"geocast to a polygon of {len(region.vertices_m)} vertices: it has 3 to {MOST_VERTICES}"
+            raise AlgorithmError(message)
+        return self._hand_over(kind, payload, causes, partial(self._node.parts.network.geocast, region))
+
+    def send_to_sink(self, kind: str, payload: bytes, *, causes: Sequence[Message] | None = None) -> SentMessage:
+        """See `NodeHandle.send_to_sink`."""
+        return self._hand_over(kind, payload, causes, self._node.parts.network.send_to_sink)
 
     def receive(
         self,
@@ -248,12 +298,26 @@ class Handle:
             raise AlgorithmError(message)
         return whole
 
+    def _check(self, destination: int, kind: str) -> None:
+        if destination == self.id:
+            message = f"sent a {kind!r} message to itself: co-hosted variables need no air"
+            raise AlgorithmError(message)
+        if destination not in self._known_ids:
+            message = f"sent a {kind!r} message to node {destination}, which does not exist"
+            raise AlgorithmError(message)
+
     def _send(self, destination: int, kind: str, payload: bytes, causes: Sequence[Message] | None) -> SentMessage:
+        return self._hand_over(kind, payload, causes, partial(self._node.parts.network.send, destination))
+
+    def _hand_over(
+        self, kind: str, payload: bytes, causes: Sequence[Message] | None, send: Callable[..., int]
+    ) -> SentMessage:
+        """Give a message to the network layer: `send` takes kind, payload, causes and what is to be told of its fate."""
         self._complain()
         if not isinstance(payload, bytes):
             message = f"the payload of a {kind!r} message is {type(payload).__name__}, not bytes"
             raise AlgorithmError(message)
         ids = self._node.causes() if causes is None else [message.id for message in causes]
         ticket = SentMessage(self._clock)
-        ticket.message_id = self._node.parts.network.send(destination, kind, payload, ids, ticket.done)
+        ticket.message_id = send(kind, payload, ids, ticket.done)
         return ticket

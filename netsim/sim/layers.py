@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from netsim.api import Delivery
+from netsim.api import Delivery, Neighbour, Region
 
 
 class Transceiver(Protocol):
@@ -55,6 +55,55 @@ class LinkLayer(Protocol):
 
 class NetworkLayer(Protocol):
     """What takes messages from the node's algorithm (see `netsim.sim.net.network.Network`)."""
+
+    @property
+    def discovered(self) -> Sequence[Neighbour] | None:
+        """Neighbours found so far; None where they were given."""
+        ...
+
+    @property
+    def pending(self) -> int:
+        """Packets of messages that wait in this layer, beacons and the like not counted."""
+        ...
+
+    def start(self) -> None:
+        """The node begins to live, or lives again after `stop`."""
+        ...
+
+    def stop(self) -> None:
+        """The node died or lost its memory: drop and forget everything."""
+        ...
+
+    def is_direct(self, destination: int) -> bool:
+        """Whether a message to this node would go straight to it."""
+        ...
+
+    def multicast(
+        self,
+        destinations: Sequence[int],
+        kind: str,
+        payload: bytes,
+        causes: Sequence[int],
+        done: Callable[[Delivery], None],
+    ) -> int:
+        """Send once to several direct neighbours."""
+        ...
+
+    def flood(
+        self, hop_limit: int, kind: str, payload: bytes, causes: Sequence[int], done: Callable[[Delivery], None]
+    ) -> int:
+        """Send to every node within so many hops."""
+        ...
+
+    def geocast(
+        self, region: Region, kind: str, payload: bytes, causes: Sequence[int], done: Callable[[Delivery], None]
+    ) -> int:
+        """Send to every node in a region."""
+        ...
+
+    def send_to_sink(self, kind: str, payload: bytes, causes: Sequence[int], done: Callable[[Delivery], None]) -> int:
+        """Send to a sink."""
+        ...
 
     def send(
         self,

@@ -72,7 +72,8 @@ class Parts:
     @property
     def is_quiet(self) -> bool:
         """Nothing left to send and no frame under way."""
-        return self.mac.pending == 0 and self.budget.held == 0 and not self.radio.is_sending
+        waiting = self.mac.pending + self.network.pending + self.budget.held
+        return waiting == 0 and not self.radio.is_sending
 
     def settle(self) -> None:
         """Book what every device has drawn until now."""
@@ -82,6 +83,7 @@ class Parts:
 
     def stop(self) -> None:
         """Every device off, at this nanosecond."""
+        self.network.stop()
         self.mac.stop()
         self.radio.die()
         self.cpu.stop()
@@ -131,6 +133,7 @@ class Node:
     def start(self, algorithm: Algorithm, handle: NodeHandle) -> None:
         """Power up and run the algorithm."""
         self.parts.radio.start()
+        self.parts.network.start()
         self._recorder.record(NodeLife(self.identity.id, "started", type(algorithm).__name__))
         self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
         self._clock.process(self._main.body())

@@ -94,6 +94,7 @@ def run_algorithm(
     seed: int = 1,
     battery_j: float = math.inf,
     parameters: Any = None,
+    sinks: Collection[int] = (),
 ) -> TestRun:
     """Run an algorithm on some nodes until it has ended everywhere and nothing is on its way.
 
@@ -112,6 +113,7 @@ def run_algorithm(
         seed: Of the nodes' random streams.
         battery_j: What each node has.
         parameters: Given to `algorithm` to make an algorithm of, if not None.
+        sinks: Nodes of the role `sink`; a message to a sink goes to the one with the fewest hops, then the lowest number.
 
     Returns:
         What happened. What an algorithm raised is in `failures`; `require_success` raises it.
@@ -119,7 +121,7 @@ def run_algorithm(
     ids = list(range(nodes)) if isinstance(nodes, int) else list(nodes)
     near = {node: [other for other in ids if other != node] for node in ids} if neighbours is None else neighbours
     run = TestRun(delivered={node: [] for node in ids})
-    bench = _Bench(run, ids, near, medium or PerfectMedium(), Streams(seed), s_to_ns(duration_s))
+    bench = _Bench(run, ids, near, medium or PerfectMedium(), Streams(seed), s_to_ns(duration_s), sinks)
     make = _factory(algorithm, parameters)
     for node in ids:
         known = None if knowledge is None else knowledge(node)
@@ -145,7 +147,9 @@ class _Bench:
         medium: MessageMedium,
         streams: Streams,
         horizon_ns: int,
+        sinks: Collection[int],
     ) -> None:
+        self._sinks = sinks
         self._run = run
         self._ids = ids
         self._neighbours = neighbours
@@ -153,7 +157,7 @@ class _Bench:
         self._clock = clock = Clock()
         self._recorder = Recorder(lambda: clock.now_ns, [run])
         self._delay_ns = s_to_ns(medium.delay_s)
-        self._post = Post(clock, self._recorder, medium, neighbours)
+        self._post = Post(clock, self._recorder, medium, neighbours, sinks)
         self._simulation = Simulation(clock, self._recorder, horizon_ns, (), horizon_ns)
 
     def add(
@@ -186,7 +190,7 @@ class _Bench:
             id=node,
             name=f"n{node}",
             group="test",
-            role="sensor",
+            role="sink" if node in self._sinks else "sensor",
             position_m=_position_m(node),
             neighbours=tuple(_neighbours(node, near)),
             knowledge=knowledge,
@@ -211,6 +215,7 @@ class _Bench:
             deliver(message)
 
         station = self._post.stations[node] = Station(node, self._post, note)
+        station.position_m = _position_m(node)
         switch = RadioSwitch(station)
         account = Account()
         battery = Battery(clock, battery_j, on_empty)

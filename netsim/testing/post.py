@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import networkx as nx
 
-from netsim.api import Delivery, Message
+from netsim.api import Delivery, Message, Neighbour, Region
+from netsim.errors import AlgorithmError
 from netsim.sim.clock import Clock
 from netsim.sim.mac.link import LinkJob
+from netsim.sim.net.regions import contains
 from netsim.testing.media import MessageMedium, Passage
 from netsim.trace.events import (
     BROADCAST,
@@ -21,6 +23,8 @@ from netsim.trace.events import (
 from netsim.trace.recorder import Recorder
 from netsim.units import s_to_ns
 
+Done = Callable[[Delivery], None]
+
 
 class Station:
     """Radio, MAC and network layer of one node in one: a letter box (see `netsim.sim.layers`)."""
@@ -31,6 +35,7 @@ class Station:
         self.deliver = deliver
         self.state = "off"
         self.pending = 0
+        self.position_m = (0.0, 0.0)
         self.refuses: Callable[[], bool] = lambda: False
 
     @property
@@ -62,14 +67,50 @@ class Station:
         if self.state == "sleep":
             self._turn("listen")
 
-    def send(
-        self, destination: int, kind: str, payload: bytes, causes: Sequence[int], done: Callable[[Delivery], None]
-    ) -> int:
+    @property
+    def discovered(self) -> Sequence[Neighbour] | None:
+        """Neighbours are given."""
+        return None
+
+    def is_direct(self, destination: int) -> bool:
+        """See `NetworkLayer.is_direct`."""
+        return self._post.hops(self._node, destination) == 1
+
+    def send(self, destination: int, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
         """See `NetworkLayer.send`."""
-        return self._post.accept(self._node, destination, kind, payload, causes, done, self.refuses())
+        return self._post.accept(self._node, destination, kind, payload, causes, done)
 
     def submit(self, job: LinkJob) -> None:
         """There are no packets here: nothing is ever submitted."""
+
+    def multicast(
+        self, destinations: Sequence[int], kind: str, payload: bytes, causes: Sequence[int], done: Done
+    ) -> int:
+        """See `NetworkLayer.multicast`."""
+        receivers = dict.fromkeys(sorted(destinations), 1)
+        return self._post.accept(self._node, BROADCAST, kind, payload, causes, done, receivers, is_addressed=True)
+
+    def flood(self, hop_limit: int, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
+        """Reaches whoever is within so many hops, at once and without loss on the way but that of the medium."""
+        within = {node: hops for node, hops in self._post.distances(self._node).items() if 0 < hops <= hop_limit}
+        return self._post.accept(self._node, BROADCAST, kind, payload, causes, done, within)
+
+    def geocast(self, region: Region, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
+        """Reaches whoever stands in the region and has a way to there."""
+        inside = {
+            node: hops
+            for node, hops in self._post.distances(self._node).items()
+            if hops > 0 and contains(region, self._post.stations[node].position_m)
+        }
+        return self._post.accept(self._node, BROADCAST, kind, payload, causes, done, inside)
+
+    def send_to_sink(self, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
+        """The sink with the fewest hops, then the lowest number."""
+        sink = self._post.nearest_sink(self._node)
+        if sink is None or sink == self._node:
+            message = f"sent a {kind!r} message to the sink, and there is none or it is there already"
+            raise AlgorithmError(message)
+        return self.send(sink, kind, payload, causes, done)
 
     def _turn(self, state: str) -> None:
         self.state = state
@@ -86,15 +127,22 @@ class Letter:
     kind: str
     payload: bytes
     sent_ns: int
-    done: Callable[[Delivery], None]
+    done: Done
+    is_addressed: bool = False
 
 
 class Post:
     """Carries letters between stations as the medium decides."""
 
     def __init__(
-        self, clock: Clock, recorder: Recorder, medium: MessageMedium, neighbours: Mapping[int, Collection[int]]
+        self,
+        clock: Clock,
+        recorder: Recorder,
+        medium: MessageMedium,
+        neighbours: Mapping[int, Collection[int]],
+        sinks: Collection[int] = (),
     ) -> None:
+        self._sinks = sinks
         self._clock = clock
         self.recorder = recorder
         self._medium = medium
@@ -112,26 +160,38 @@ class Post:
         kind: str,
         payload: bytes,
         causes: Sequence[int],
-        done: Callable[[Delivery], None],
-        is_refused: bool = False,
+        done: Done,
+        receivers: Mapping[int, int] | None = None,
+        is_addressed: bool = False,
     ) -> int:
-        """Take a message, call `done` once with what became of it, return its number in the trace."""
+        """Take a message, call `done` once with what became of it, return its number in the trace.
+
+        Args:
+            source: Who sends it.
+            destination: To whom, or `BROADCAST`.
+            kind: Its kind.
+            payload: Its bytes.
+            causes: Messages that led to it.
+            done: Told what became of it.
+            receivers: Whom a broadcast reaches, with the hops it takes; by default the neighbours.
+            is_addressed: Whether each receiver finds itself named as the destination.
+        """
         self._sent += 1
         self.recorder.record(MessageSent(self._sent, source, destination, kind, len(payload), 1, causes))
-        letter = Letter(self._sent, source, destination, kind, payload, self._clock.now_ns, done)
-        if is_refused:
+        letter = Letter(self._sent, source, destination, kind, payload, self._clock.now_ns, done, is_addressed)
+        if self.stations[source].refuses():
             self._lose(letter, "no_energy", 0)
         elif destination == BROADCAST:
-            self._spread(letter)
-        elif (hops := self._hops(source, destination)) is None:
+            self._spread(letter, dict.fromkeys(self._neighbours.get(source, ()), 1) if receivers is None else receivers)
+        elif (hops := self.hops(source, destination)) is None:
             self._lose(letter, "no_route", 0)
         else:
             self._carry(letter, destination, hops)
         return letter.id
 
-    def _spread(self, letter: Letter) -> None:
-        for receiver in sorted(self._neighbours.get(letter.source, ())):
-            self._carry(letter, receiver, 1)
+    def _spread(self, letter: Letter, receivers: Mapping[int, int]) -> None:
+        for receiver, hops in sorted(receivers.items()):
+            self._carry(letter, receiver, hops)
         self._after(self._usual_ns, letter, letter.source, 0, lambda: letter.done(Delivery(True, "", 1)))
 
     def _carry(self, letter: Letter, receiver: int, hops: int) -> None:
@@ -164,8 +224,9 @@ class Post:
         self.recorder.record(
             MessageDelivered(letter.id, letter.source, receiver, letter.kind, size_byte, hops, latency_ns)
         )
+        to = receiver if letter.is_addressed else letter.destination
         self.stations[receiver].deliver(
-            Message(letter.id, letter.source, letter.destination, letter.kind, letter.payload, now_ns, hops)
+            Message(letter.id, letter.source, to, letter.kind, letter.payload, now_ns, hops)
         )
 
     def _lose(self, letter: Letter, reason: str, attempts: int) -> None:
@@ -174,7 +235,23 @@ class Post:
             self.recorder.record(MessageDropped(letter.id, source, letter.destination, source, letter.kind, reason))
         letter.done(Delivery(False, reason, attempts))
 
-    def _hops(self, source: int, destination: int) -> int | None:
+    def nearest_sink(self, node: int) -> int | None:
+        """The sink with the fewest hops, then the lowest number; itself for a sink, None without sinks."""
+        if node in self._sinks:
+            return node
+        hops = self.distances(node)
+        return min(self._sinks, key=lambda sink: (hops.get(sink, len(self.stations)), sink), default=None)
+
+    def distances(self, source: int) -> Mapping[int, int]:
+        """Hops to every node there is a way to."""
+        if source not in self._graph:
+            return {}
+        return {
+            int(node): int(hops) for node, hops in nx.single_source_shortest_path_length(self._graph, source).items()
+        }
+
+    def hops(self, source: int, destination: int) -> int | None:
+        """Hops to a node; None if there is no way."""
         if destination in self._neighbours.get(source, ()):
             return 1
         try:

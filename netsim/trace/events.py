@@ -283,15 +283,18 @@ class MessageDropped:
 
     topic: ClassVar[str] = "/messages/dropped"
     message_id: U32
+    """0 for what belongs to no message: control traffic, and bytes that make no sense (then `source` is the neighbour)."""
     source: U32
     destination: U32
     node: U32
     """Where it was given up."""
     kind: Text
     reason: Text
-    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`, `died` (what
-    waited for an energy allowance). After `no_ack` the message may have arrived all the same. What waits at a node's MAC
-    when it dies is lost without an event."""
+    """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`,
+    `reassembly_full` (too many incomplete messages), `malformed` (bytes that are no packet, or contradict it),
+    `no_sequence` (65,536 messages in less than the network's `memory_s`), `died` (what waited for an energy allowance).
+    After `no_ack` the message may have arrived all the same. What waits at a node's MAC when it dies is lost without an
+    event."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,3 +37,17 @@ class Across:
             if message.payload != bytes([8 - node.id]) * 300:
                 text = f"node {node.id} got what was not sent"
                 raise ValueError(text)
+
+
+class Watch:
+    """Notes whom it knows, at the start and after five seconds; then tells them something."""
+
+    def run(self, node: NodeHandle) -> Op[None]:
+        for _ in range(2):
+            known = [neighbour.id for neighbour in node.neighbours]
+            node.record(AlgorithmRecord(node.id, "known", str(known)))
+            yield from node.pause(5000 * MS)
+        for neighbour in node.neighbours:
+            delivery = yield from node.send(neighbour.id, "hello", b"").wait()
+            if not delivery.acknowledged:
+                node.log(f"{neighbour.id} does not answer")

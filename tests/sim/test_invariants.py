@@ -56,6 +56,12 @@ SCENARIOS = {
         "    budget: {allowance_j: 0.003, per: 0.1, policy: sleep}\n"
         "    duty_cycle: {period_s: 0.07, on_s: 0.05}\n",
     ),
+    "discovering": lambda folder: small(
+        folder,
+        algorithm=TOGETHER,
+        battery="{type: capacity, energy_j: 0.0225}",
+        network="{type: shortest-path, update_s: 0.1, discovery: {type: beacons, period_s: 0.02}}",
+    ),
     "ideal-csma": lambda folder: small(folder, algorithm=TOGETHER, medium="{type: ideal, delay_s: 0}"),
 }
 

@@ -1,228 +1,228 @@
-"""The network layer of one node: fragmentation, forwarding, reassembly."""
+"""The network layer of one node: messages down, packets up, and what passes through."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Protocol
 
-from netsim.api import Delivery, Message
-from netsim.errors import AlgorithmError
-from netsim.sim.clock import Clock
-from netsim.sim.mac.link import LinkJob, Submits
-from netsim.sim.net.packet import HEADER_BYTE, KindTable, Packet, fragments
-from netsim.sim.net.routes import Routes
-from netsim.trace.events import BROADCAST, MessageDelivered, MessageDropped, MessageSent
-from netsim.trace.recorder import Recorder
+from netsim.api import Delivery, Message, Neighbour
+from netsim.sim.mac.link import Submits
+from netsim.sim.net.book import Origin
+from netsim.sim.net.context import NetContext
+from netsim.sim.net.flooding import Flooding
+from netsim.sim.net.forwarding import Forwarder
+from netsim.sim.net.link_port import Done, LinkPort, WaitingRoom
+from netsim.sim.net.packet import Form, Packet, decode_ids
+from netsim.sim.net.reassembly import Reassembly, Recent
+from netsim.sim.net.regions import contains, decode_region, region_byte
+from netsim.sim.net.router import Router
+from netsim.sim.net.sending import Sending
+from netsim.trace.events import BROADCAST
+from netsim.units import s_to_ns
 
-REASSEMBLY_TIMEOUT_NS = 30_000_000_000
-MAX_HOPS = 255
-MAX_FRAGMENTS = 0xFFFF
+SPREAD = (Form.FLOOD, Form.GEOCAST)
+TO_ALL = (*SPREAD, Form.MULTICAST)
 
-
-@dataclass(slots=True)
-class Origin:
-    """What the trace knows of a message besides its bytes: its number there, and when it was sent."""
-
-    message_id: int
-    kind: str
-    sent_ns: int
-
-
-@dataclass(slots=True)
-class MessageBook:
-    """Names of messages for the trace, kept apart from the packets: no node reads it to decide anything."""
-
-    kinds: KindTable = field(default_factory=KindTable)
-    origins: dict[tuple[int, int], Origin] = field(default_factory=dict)
-    sent: int = 0
-
-    def register(self, origin: int, sequence: int, kind: str, now_ns: int) -> Origin:
-        """Number a new message."""
-        self.sent += 1
-        entry = self.origins[origin, sequence] = Origin(self.sent, kind, now_ns)
-        return entry
+Filter = Callable[[bytes, int], Sequence[tuple[int, bytes]]]
+"""What becomes of a received packet (bytes, neighbour): the copies that are handled, each after its delay in ns."""
 
 
-@dataclass(slots=True)
-class Assembly:
-    """A message whose fragments are coming in."""
+class Service(Protocol):
+    """Something beside the messages that the network layer does for itself: discovery, the spreading of routes."""
 
-    chunks: dict[int, bytes]
-    begun_ns: int
+    def start(self) -> None:
+        """The node begins to live, or lives again."""
+        ...
 
+    def stop(self) -> None:
+        """The node stopped: be silent, and forget what was learned."""
+        ...
 
-class Outgoing:
-    """Sends a message's fragments one after the other and sums up what became of them.
-
-    The next fragment enters the MAC's queue when the one before has left it: a long message does not fill the queue, and
-    after a fragment is lost the rest is not sent, for without it the message cannot be whole.
-    """
-
-    def __init__(
-        self,
-        packets: Sequence[Packet],
-        submit: Callable[[Packet, Callable[[Delivery], None]], None],
-        done: Callable[[Delivery], None],
-    ) -> None:
-        self._packets = packets
-        self._submit = submit
-        self._done = done
-        self._next = 0
-        self._attempts = 0
-
-    def proceed(self) -> None:
-        """Send the next fragment."""
-        packet = self._packets[self._next]
-        self._next += 1
-        self._submit(packet, self._fragment_done)
-
-    def _fragment_done(self, delivery: Delivery) -> None:
-        self._attempts += delivery.attempts
-        if delivery.acknowledged and self._next < len(self._packets):
-            self.proceed()
-        else:
-            self._done(Delivery(delivery.acknowledged, delivery.reason, self._attempts))
+    def on_packet(self, data: bytes, neighbour: int) -> bool:
+        """A packet of this service's form arrived; False if it makes no sense."""
+        ...
 
 
-class Network:
-    """Sends messages as packets over one or more hops and hands up those that arrive whole.
+class Network(Sending):
+    """Sends messages as packets over one or more hops and hands up those that arrive whole, each once.
 
     Args:
-        clock: Simulated time.
-        node: This node's id.
-        routes: Next hops.
-        book: Message numbers for the trace.
-        recorder: Where message events go.
-        packet_byte: Largest packet the MAC takes, header included.
+        context: The node.
+        router: Next hops.
         deliver: Called with each whole message for this node.
+        by_position: Next hops towards a region; None where nobody knows positions.
+
+    Attributes:
+        filter: Rules for received packets, for faults and tests; None lets all pass as they are.
+        port: The way to the MAC, for services.
+        services: Takers of control packets by form.
     """
 
     def __init__(
         self,
-        clock: Clock,
-        node: int,
-        routes: Routes,
-        book: MessageBook,
-        recorder: Recorder,
-        packet_byte: int,
+        context: NetContext,
+        router: Router,
         deliver: Callable[[Message], None],
+        by_position: Router | None = None,
     ) -> None:
-        self._clock = clock
-        self._node = node
-        self._routes = routes
-        self._book = book
-        self._recorder = recorder
-        self._chunk_byte = packet_byte - HEADER_BYTE
+        super().__init__(context, router, by_position)
+        settings = context.settings
+        self._clock = context.clock
+        self._node = context.node
         self._deliver = deliver
-        self._mac: Submits | None = None
-        self._sequence = 0
-        self._assemblies: dict[tuple[int, int], Assembly] = {}
+        self.filter: Filter | None = None
+        self.services: Mapping[int, Service] = {}
+        self.port = LinkPort(context.node, self._reporter)
+        self._life = 0
+        self._delayed = 0
+        memory_ns = s_to_ns(settings.memory_s)
+        self._forwarded = Recent(memory_ns)
+        self._room = WaitingRoom(context.clock, context.draw, settings.waiting_packets)
+        self._forwarder = Forwarder(
+            self.port, self._room, settings.retries, s_to_ns(settings.retry_delay_s), context.surroundings.on_sent
+        )
+        self._flooding = Flooding(
+            self._room,
+            self._forwarded,
+            s_to_ns(settings.forward_delay_s),
+            settings.hop_limit,
+            lambda packet: self._pass_on(packet, None),
+            self._dropped,
+        )
+        timeout_ns = s_to_ns(settings.reassembly_timeout_s)
+        most = settings.reassembly_messages
+        self._reassembly = Reassembly(context.clock, timeout_ns, most, memory_ns, self._dropped)
 
     def attach(self, mac: Submits) -> None:
         """Connect the MAC below."""
-        self._mac = mac
+        self.port.attach(mac)
 
-    def send(
-        self,
-        destination: int,
-        kind: str,
-        payload: bytes,
-        causes: Sequence[int],
-        done: Callable[[Delivery], None],
-    ) -> int:
-        """Send a message; `done` is called when this node's MAC has finished with all its fragments.
+    @property
+    def discovered(self) -> Sequence[Neighbour] | None:
+        """Neighbours found so far; None where they were given."""
+        return self._context.surroundings.discovered
 
-        Returns:
-            The message's number in the trace.
+    @property
+    def pending(self) -> int:
+        """Packets of messages that wait in this layer; beacons and routes do not count."""
+        return self._room.waiting + self._delayed
 
-        Raises:
-            AlgorithmError: If the payload needs more than 65,535 fragments.
-        """
-        chunks = list(fragments(payload, self._chunk_byte))
-        if len(chunks) > MAX_FRAGMENTS:
-            message = f"a payload of {len(payload)} bytes needs {len(chunks)} fragments, more than {MAX_FRAGMENTS}"
-            raise AlgorithmError(message)
-        self._sequence = (self._sequence + 1) % 0x10000
-        origin = self._book.register(self._node, self._sequence, kind, self._clock.now_ns)
-        self._recorder.record(
-            MessageSent(origin.message_id, self._node, destination, kind, len(payload), len(chunks), causes)
-        )
-        code = self._book.kinds.code(kind)
-        packets = [
-            Packet(self._node, destination, self._sequence, code, 1, index, len(chunks), chunk)
-            for index, chunk in enumerate(chunks)
-        ]
-        Outgoing(packets, lambda packet, sent: self._forward(packet, origin, sent), done).proceed()
-        return origin.message_id
+    def start(self) -> None:
+        """The node begins to live, or lives again after `stop`."""
+        for service in self.services.values():
+            service.start()
 
-    def on_packet(self, data: bytes, _neighbour: int) -> None:
-        """A packet arrived from a neighbour: for this node, or to be passed on."""
+    def stop(self) -> None:
+        """The node died or lost its memory: forget everything but the count of messages."""
+        self._life += 1
+        self._delayed = 0
+        for service in self.services.values():
+            service.stop()
+        self._room.clear()
+        self._reassembly.clear()
+        self._forwarded.clear()
+
+    def _launch(self, packet: Packet, origin: Origin, done: Done) -> None:
+        if packet.form in SPREAD:
+            self._flooding.begin(packet, self._clock.now_ns)
+        self._pass_on(packet, None, origin, done)
+
+    # --- up and through -----------------------------------------------------------------------------------------------
+
+    def on_packet(self, data: bytes, neighbour: int) -> None:
+        """A packet arrived from a neighbour; it may be any bytes."""
+        if self.filter is None:
+            self._receive(data, neighbour)
+            return
+        for delay_ns, copy in self.filter(data, neighbour):
+            if delay_ns <= 0:
+                self._receive(copy, neighbour)
+            else:
+                self._receive_later(delay_ns, copy, neighbour)
+
+    def _receive_later(self, delay_ns: int, data: bytes, neighbour: int) -> None:
+        self._delayed += 1
+        life = self._life
+
+        def act(_: object) -> None:
+            if life == self._life:
+                self._delayed -= 1
+                self._receive(data, neighbour)
+
+        self._clock.call_after(delay_ns, act)
+
+    def _receive(self, data: bytes, neighbour: int) -> None:
+        form = data[0] >> 4 if data else -1
+        service = self.services.get(form)
+        if service is not None:
+            if not service.on_packet(data, neighbour):
+                self._reporter.frame_dropped(neighbour, self._node, "", "malformed")
+            return
         packet = Packet.decode(data)
-        origin = self._book.origins[packet.origin, packet.sequence]
-        if packet.destination in (self._node, BROADCAST):
-            self._collect(packet, origin)
-        elif packet.hops < MAX_HOPS:
-            onward = Packet(
-                packet.origin,
-                packet.destination,
-                packet.sequence,
-                packet.kind_code,
-                packet.hops + 1,
-                packet.index,
-                packet.count,
-                packet.chunk,
-            )
-            self._forward(onward, origin, lambda delivery: None)
-        else:
-            self._dropped(packet, origin, "hop_limit")
+        if packet is None or self._context.book.kinds.name(packet.kind_code) is None:
+            self._reporter.frame_dropped(neighbour, self._node, "", "malformed")
+        elif packet.form in SPREAD:
+            self._spread(packet)
+        elif self._is_for_me(packet):
+            self._collect(packet)
+        elif packet.form == Form.GEOCAST_WAY and self._is_inside(packet.fields):
+            region = packet.fields[: region_byte(packet.fields)]
+            self._spread(replace(packet, form=Form.GEOCAST, fields=region))
+        elif packet.form != Form.MULTICAST:
+            self._relay(packet, neighbour)
 
-    def _forward(self, packet: Packet, origin: Origin, done: Callable[[Delivery], None]) -> None:
-        hop = BROADCAST if packet.destination == BROADCAST else self._routes.next_hop(self._node, packet.destination)
+    def _is_for_me(self, packet: Packet) -> bool:
+        if packet.form == Form.MULTICAST:
+            return self._node in decode_ids(packet.fields)
+        if packet.form == Form.COLLECT and self._context.sink() == self._node:
+            return True
+        return packet.destination == self._node or (packet.form == Form.DATA and packet.destination == BROADCAST)
+
+    def _is_inside(self, fields: bytes) -> bool:
+        return contains(decode_region(fields), self._context.position_m())
+
+    def _spread(self, packet: Packet) -> None:
+        """A flooded packet: deliver and pass on, in a geocast only inside the region."""
+        if packet.form == Form.GEOCAST and not self._is_inside(packet.fields):
+            return
+        if self._flooding.take(packet, self._clock.now_ns):
+            self._collect(packet)
+
+    def _relay(self, packet: Packet, neighbour: int) -> None:
+        if packet.hops >= self._context.settings.hop_limit:
+            self._dropped(packet, "hop_limit")
+        elif self._forwarded.add((packet.hops, *packet.key), self._clock.now_ns):
+            self._pass_on(replace(packet, hops=packet.hops + 1), neighbour)
+
+    def _pass_on(
+        self, packet: Packet, previous: int | None, origin: Origin | None = None, done: Done = lambda delivery: None
+    ) -> None:
+        """Send a packet to all neighbours, or to the next hop of its way."""
+        known = origin or self._context.book.find(packet, self._clock.now_ns)
 
         def finished(delivery: Delivery) -> None:
             if not delivery.acknowledged:
-                self._dropped(packet, origin, delivery.reason)
+                self._reporter.dropped(packet, known, delivery.reason)
             done(delivery)
 
-        if hop is None or self._mac is None:
+        router = self._by_position if packet.form == Form.GEOCAST_WAY else self._router
+        if packet.form in TO_ALL or (packet.form == Form.DATA and packet.destination == BROADCAST):
+            self.port.submit(BROADCAST, packet.encode(), known, finished)
+        elif router is None:
             finished(Delivery(acknowledged=False, reason="no_route", attempts=0))
         else:
-            self._mac.submit(LinkJob(hop, packet.encode(), origin.kind, origin.message_id, finished))
+            self._forwarder.forward(router, packet, previous, known, finished)
 
-    def _collect(self, packet: Packet, origin: Origin) -> None:
+    def _collect(self, packet: Packet) -> None:
         """Reassemble; a message is handed up once, when its last missing fragment has come."""
-        key = (packet.origin, packet.sequence)
-        now_ns = self._clock.now_ns
-        self._expire(now_ns)
-        assembly = self._assemblies.setdefault(key, Assembly({}, now_ns))
-        assembly.chunks[packet.index] = packet.chunk
-        if len(assembly.chunks) < packet.count:
+        payload = self._reassembly.add(packet)
+        if payload is None:
             return
-        del self._assemblies[key]
-        payload = b"".join(assembly.chunks[index] for index in range(packet.count))
-        kind = self._book.kinds.name(packet.kind_code)
-        self._recorder.record(
-            MessageDelivered(
-                origin.message_id,
-                packet.origin,
-                self._node,
-                kind,
-                len(payload),
-                packet.hops,
-                now_ns - origin.sent_ns,
-            )
-        )
-        self._deliver(Message(origin.message_id, packet.origin, packet.destination, kind, payload, now_ns, packet.hops))
+        now_ns = self._clock.now_ns
+        origin = self._context.book.find(packet, now_ns)
+        kind = self._context.book.kinds.name(packet.kind_code) or ""
+        self._reporter.delivered(packet, kind, len(payload), origin, now_ns)
+        to = self._node if packet.form == Form.MULTICAST else packet.destination
+        self._deliver(Message(origin.message_id, packet.origin, to, kind, payload, now_ns, packet.hops))
 
-    def _expire(self, now_ns: int) -> None:
-        """Give up messages whose fragments have stopped coming; looked at when a packet arrives."""
-        for key, assembly in list(self._assemblies.items()):
-            if now_ns - assembly.begun_ns > REASSEMBLY_TIMEOUT_NS:
-                del self._assemblies[key]
-                origin = self._book.origins[key]
-                self._recorder.record(
-                    MessageDropped(origin.message_id, key[0], self._node, self._node, origin.kind, "reassembly_timeout")
-                )
-
-    def _dropped(self, packet: Packet, origin: Origin, reason: str) -> None:
-        self._recorder.record(
-            MessageDropped(origin.message_id, packet.origin, packet.destination, self._node, origin.kind, reason)
-        )
+    def _dropped(self, packet: Packet, reason: str) -> None:
+        self._reporter.dropped(packet, self._context.book.find(packet, self._clock.now_ns), reason)

@@ -8,19 +8,24 @@ from annotated_types import Gt, Le
 from numpy.typing import NDArray
 
 from netsim.api import Neighbour
-from netsim.parameters import parameters
+from netsim.parameters import Positive, parameters
+from netsim.sim.net.settings import NetworkSettings
 
 
 @parameters
-class OneHopParameters:
+class OneHopParameters(NetworkSettings):
     """Every message goes straight to its destination; what is out of reach is lost."""
 
     type: Literal["one-hop"] = "one-hop"
 
 
 @parameters
-class ShortestPathParameters:
-    """Messages are forwarded along shortest paths, computed from the links at the start."""
+class ShortestPathParameters(NetworkSettings):
+    """Messages are forwarded along shortest paths.
+
+    Where neighbours are given, the paths are computed from the links at the start. Where they are discovered, the nodes
+    tell each other their distances (see `netsim.sim.net.distance_vector`), and find new ways when nodes die.
+    """
 
     type: Literal["shortest-path"] = "shortest-path"
     metric: Literal["hop", "etx"] = "etx"
@@ -28,6 +33,8 @@ class ShortestPathParameters:
     al. 2003)."""
     minimum_prr: Annotated[float, Gt(0), Le(1)] = 0.5
     """Links whose packet reception ratio is lower, in either direction, are not used."""
+    update_s: Positive = 10.0
+    """With discovery: mean time between a node's full tables of distances."""
 
 
 class Routes(Protocol):
@@ -71,7 +78,7 @@ class ShortestPaths:
 
     def _tree(self, destination: int) -> dict[int, int]:
         """For each node with a way to `destination`, its next hop; among equals the lowest id."""
-        if not len(self._cost):
+        if not len(self._cost) or destination not in self._index:
             return {}
         through = self._distances(self._index[destination])[self._to] + self._cost
         first = np.flatnonzero(np.diff(self._from, prepend=-1))  # links are sorted by sender, then by receiver
