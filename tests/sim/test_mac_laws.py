@@ -202,7 +202,7 @@ def test_death_stops_a_mac_whatever_it_does(name, wanted, powers_dbm, seed, live
 @settings(max_examples=15, deadline=None)
 def test_over_the_ideal_medium_everything_that_is_addressed_to_an_awake_node_arrives(name, wanted, seed):
     """A job that its sender counts as done was delivered to whom it was addressed."""
-    rig = built(name, [-60.0] * 12, seed, medium=lambda clock, paths, log: IdealMedium(clock, paths, 0, 0.0, log))
+    rig = built(name, [-60.0] * 12, seed, medium=lambda clock, paths, log: IdealMedium(clock, paths, 0, log))
     fates = played(rig, wanted, [])
     run_out(rig, fates)
     assert all(len(fate) == 1 for fate in fates)
