@@ -95,3 +95,12 @@ def test_what_cannot_work_is_refused_with_its_place(tmp_path: Path, case: str) -
 
 def test_aloha_may_be_as_late_as_it_likes_without_acknowledgements(tmp_path: Path) -> None:
     build(load(scenario(tmp_path, "aloha", "{type: ideal, delay_s: 1.0}")))
+
+
+@pytest.mark.parametrize(("offset_sd_s", "all_arrive"), [(2e-4, True), (0.05, False)])
+def test_slots_follow_the_clocks_of_the_nodes(tmp_path: Path, offset_sd_s: float, all_arrive: bool) -> None:
+    """A guard time of 1 ms bears offsets of 0.2 ms; with those of 50 ms, five slots, neighbours sleep when one sends."""
+    path = scenario(tmp_path, "tdma, max_retries: 0")
+    clock = f"    clock: {{drift_sd_ppm: 0, offset_sd_s: {offset_sd_s}}}\n"
+    path.write_text(path.read_text().replace("medium:", clock + "medium:"), encoding="utf-8")
+    assert (run(load(path)).metrics["delivery_ratio_unicast"] == 1.0) is all_arrive
