@@ -56,6 +56,21 @@ def test_the_medium_it_writes_passes_check(tmp_path, monkeypatch, capsys):
     assert status == 0, told
 
 
+def test_a_k7_log_becomes_a_replay_that_passes_check(tmp_path, monkeypatch, capsys):
+    lines = ['{"tx_length": 60, "start_date": "2020-01-01T00:00:00", "stop_date": "2020-01-01T01:00:00"}']
+    lines += ["datetime,src,dst,channel,mean_rssi,pdr,tx_count"]
+    pairs = [(a, b) for a in range(4) for b in range(4) if a != b]
+    lines += [f"2020-01-01T00:00:{a:02d},{a},{b},15,{-60 - 3 * (a + b)},{1 - 0.1 * (a + b):.2f},100" for a, b in pairs]
+    (tmp_path / "bed.k7").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    out = tmp_path / "medium.yaml"
+    status, _, told = netsim(monkeypatch, capsys, "calibrate", str(tmp_path / "bed.k7"), "--out", str(out))
+    assert status == 0, told
+    assert "type: trace" in out.read_text(encoding="utf-8")
+    (tmp_path / "scenario.yaml").write_text(SCENARIO, encoding="utf-8")
+    status, _, told = netsim(monkeypatch, capsys, "check", str(tmp_path / "scenario.yaml"))
+    assert status == 0, told
+
+
 def test_without_out_the_medium_is_printed(tmp_path, monkeypatch, capsys):
     log = tmp_path / "log.csv"
     log.write_text(GOOD, encoding="utf-8")

@@ -43,7 +43,7 @@ medium:
   noise_dbm: {noise_dbm}
 mac: {{type: csma}}
 network: {{type: one-hop}}
-algorithm: {{type: "validation.saturated:Saturated", payload_byte: {payload_byte}}}
+algorithm: {{type: "validation.algorithms:Saturated", payload_byte: {payload_byte}}}
 trace: {{detail: summary}}
 """
 
@@ -112,7 +112,7 @@ def assessing_as_ns3(clock: Clock) -> Iterator[None]:
         on_air.append(transmission)
         return transmission
 
-    def busy(_: SinrMedium, __: int) -> bool:
+    def busy(*_: Any) -> bool:
         now_ns = clock.now_ns
         on_air[:] = [transmission for transmission in on_air if transmission.end_ns > now_ns]
         return any(transmission.start_ns < now_ns for transmission in on_air)
@@ -144,8 +144,8 @@ def saturate(layout: str, senders: int, run: int, duration_s: float, as_ns3: boo
         )  # fmt: skip
         tally = Tally()
         clock = Clock()
-        simulation = build(load(folder / "saturation.yaml"), [tally], clock).simulation
-        with assessing_as_ns3(clock) if as_ns3 else nullcontext():
+        with assessing_as_ns3(clock) if as_ns3 else nullcontext():  # before it is built: the MACs keep bound methods
+            simulation = build(load(folder / "saturation.yaml"), [tally], clock).simulation
             simulation.run()
     outcomes = tally.outcomes
     return Run(
@@ -176,8 +176,8 @@ def means(runs: list[Run], figure: str) -> dict[int, tuple[float, float]]:
     return found
 
 
-DURATION_S = 10.0
-RUNS = 5
+DURATION_S = 6.0
+RUNS = 4
 FIGURES = {"per_s": "acknowledged frames a second", "delivered": "share of frames acknowledged"}
 
 
@@ -263,7 +263,9 @@ its eight symbols, and at their end, so it misses a frame that ends within them 
 `StartRx`, `EndCca`). Such a sender begins 192 us later, just when the acknowledgement of that frame is on the air, and its
 own frame is lost. netsim counts whatever was on the air within the eight symbols, as their mean energy would (6.9.7, 6.9.9):
 a signal 26 dB over the threshold is seen if it covers a four-hundredth of them. With nothing but this replaced the two
-simulators agree: the columns "as ns-3 assesses" show it.
+simulators agree within 2 % everywhere: the columns "as ns-3 assesses" show it. From eight senders on netsim lies above ns-3 by
+half a per cent on average, which is not explained; the largest differences in standard errors are of means over four runs,
+whose own standard errors are uncertain by a half.
 
 Not shown: that real radios do as well. Both simulators decode most of a collision of two equally strong frames, because the
 formula of 802.15.4 treats the other frame as white noise (at 0 dB a frame of 50 bytes survives in 94 of 100 cases).
@@ -314,12 +316,12 @@ nodes:
 medium: {{type: log-distance, shadowing_sd_db: 0}}
 mac: {{type: csma, min_be: 0, max_retries: 0, acknowledge: false}}
 network: {{type: one-hop}}
-algorithm: {{type: "validation.pairs:Pairs", gaps_us: {gaps_us}}}
+algorithm: {{type: "validation.algorithms:Pairs", gaps_us: {gaps_us}}}
 """
 
 
 class Overlaps:
-    """For each trial of `validation.pairs`, whether its two frames were on the air together."""
+    """For each trial of `Pairs`, whether its two frames were on the air together."""
 
     def __init__(self, trials: int) -> None:
         self._frames: list[list[tuple[int, int]]] = [[] for _ in range(trials)]

@@ -37,7 +37,7 @@ nodes:
 medium: {{type: log-distance, exponent: 3.0, reference_loss_db: 40.05, shadowing_sd_db: 0, noise_dbm: {noise_dbm}}}
 mac: {{type: csma}}
 network: {{type: one-hop}}
-algorithm: {{type: "validation.beacon:Beacon", payload_byte: {payload_byte}, count: {count}}}
+algorithm: {{type: "validation.algorithms:Beacon", payload_byte: {payload_byte}, count: {count}}}
 trace: {{detail: frames}}
 """
 
