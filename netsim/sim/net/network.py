@@ -116,6 +116,18 @@ class Network:
         self._sequence = 0
         self._assemblies: dict[tuple[int, int], Assembly] = {}
 
+    def give_up(self, reason: str) -> None:
+        """See `NetworkLayer.give_up`: what has come in parts will not be whole."""
+        for key in list(self._assemblies):
+            self._give_up(key, reason)
+
+    def start(self) -> None:
+        """See `NetworkLayer.start`. The sequence number goes on after a crash: no message is taken for another."""
+
+    def stop(self) -> None:
+        """See `NetworkLayer.stop`."""
+        self._assemblies.clear()
+
     def attach(self, mac: Submits) -> None:
         """Connect the MAC below."""
         self._mac = mac
@@ -216,11 +228,13 @@ class Network:
         """Give up messages whose fragments have stopped coming; looked at when a packet arrives."""
         for key, assembly in list(self._assemblies.items()):
             if now_ns - assembly.begun_ns > REASSEMBLY_TIMEOUT_NS:
-                del self._assemblies[key]
-                origin = self._book.origins[key]
-                self._recorder.record(
-                    MessageDropped(origin.message_id, key[0], self._node, self._node, origin.kind, "reassembly_timeout")
-                )
+                self._give_up(key, "reassembly_timeout")
+
+    def _give_up(self, key: tuple[int, int], reason: str) -> None:
+        """What has come of a message is of no use any more."""
+        del self._assemblies[key]
+        origin = self._book.origins[key]
+        self._recorder.record(MessageDropped(origin.message_id, key[0], self._node, self._node, origin.kind, reason))
 
     def _dropped(self, packet: Packet, origin: Origin, reason: str) -> None:
         self._recorder.record(
