@@ -83,7 +83,6 @@ class Parts:
     def start(self) -> None:
         """Every device on again after a crash; nothing is left of what was under way."""
         self.inbox.clear()
-        self.switch.restart()
         self.cpu.start()
         if self.sensor is not None:
             self.sensor.start()

@@ -113,6 +113,8 @@ class Network:
         self._chunk_byte = packet_byte - HEADER_BYTE
         self._deliver = deliver
         self._mac: Submits | None = None
+        self.filter: Callable[[bytes, int], Sequence[tuple[int, bytes]]] | None = None
+        self._life = 0
         self._sequence = 0
         self._assemblies: dict[tuple[int, int], Assembly] = {}
 
@@ -126,6 +128,7 @@ class Network:
 
     def stop(self) -> None:
         """See `NetworkLayer.stop`."""
+        self._life += 1
         self._assemblies.clear()
 
     def attach(self, mac: Submits) -> None:
@@ -165,8 +168,20 @@ class Network:
         Outgoing(packets, lambda packet, sent: self._forward(packet, origin, sent), done).proceed()
         return origin.message_id
 
-    def on_packet(self, data: bytes, _neighbour: int) -> None:
-        """A packet arrived from a neighbour: for this node, or to be passed on."""
+    def on_packet(self, data: bytes, neighbour: int) -> None:
+        """A packet arrived from a neighbour; rules about packets come first."""
+        for delay_ns, copy in [(0, data)] if self.filter is None else self.filter(data, neighbour):
+            if delay_ns <= 0:
+                self._receive(copy)
+            else:
+                self._receive_later(delay_ns, copy)
+
+    def _receive_later(self, delay_ns: int, data: bytes) -> None:
+        life = self._life
+        self._clock.call_after(delay_ns, lambda _: self._receive(data) if self._life == life else None)
+
+    def _receive(self, data: bytes) -> None:
+        """A packet for this node, or to be passed on."""
         packet = Packet.decode(data)
         origin = self._book.origins[packet.origin, packet.sequence]
         if packet.destination in (self._node, BROADCAST):
