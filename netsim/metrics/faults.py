@@ -26,7 +26,8 @@ class Faults:
     def figures(self) -> dict[str, Any]:
         """The metrics; empty where no rule had anything to do and no node crashed.
 
-        A strike is a node that crashed, or a frame, packet or reading that suffered, counted once a node.
+        A strike is a node that crashed, or a frame, packet or reading that suffered, counted once a node;
+        what a jammer did is among the outcomes of frames.
         """
         if not self._strikes and not self._crashes:
             return {}
@@ -38,7 +39,8 @@ class Faults:
         }
 
     def _on_fault(self, event: Fault, _: int) -> None:
-        self._strikes[event.rule, event.kind] += len(event.node) if event.event == "strikes" else 0
+        if event.event == "strikes":
+            self._strikes[event.rule, event.kind] += len(event.node)
 
     def _on_life(self, event: NodeLife, now_ns: int) -> None:
         if event.event == "crashed":

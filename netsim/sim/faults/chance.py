@@ -67,7 +67,8 @@ class TwoStates:
 
     def next_change_ns(self, now_ns: int) -> int:
         """When it changes next, later than `now_ns`."""
-        return int(self._changes_ns[self._place(now_ns)])
+        place = self._place(now_ns)  # first: it may go on to the next block
+        return int(self._changes_ns[place])
 
     def _place(self, now_ns: int) -> int:
         """How many changes of the block have happened; the last of a block is where the next block begins."""
