@@ -38,13 +38,18 @@ class Busy:
 
 
 def hear(node: NodeHandle, say: Callable[[str], None]) -> Op[None]:
-    """Receive with a time-out and compute, for ever."""
+    """Receive with a time-out and compute, for ever; nothing may come that was received in a former life."""
+    born_ns = node.now_ns
     while True:
         message = yield from node.receive(kinds={"all", "one"}, timeout_ns=7 * MS)
+        if message is not None and message.received_ns < born_ns:
+            text = f"node {node.id} was given a message of its former life"
+            raise ValueError(text)
         say("timeout" if message is None else "heard")
         if message is not None:
+            begun_ns = node.now_ns
             yield from node.compute(20_000)
-            say("computed")
+            say(f"computed for {node.now_ns - begun_ns}")
 
 
 def measure(node: NodeHandle, say: Callable[[str], None]) -> Op[None]:
