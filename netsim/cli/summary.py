@@ -108,7 +108,7 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
     if figures["deaths"]:
         yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {_seconds(figures['first_death_s'])})"
     if figures.get("crashes"):
-        yield "crashes", f"{figures['crashes']} ({figures.get('reboots', 0)} came back)"
+        yield "crashes", f"{figures['crashes']} ({figures['reboots']} came back)"
     if figures.get("energy_allowance_short"):
         nodes = figures["energy_allowance_short_nodes"]
         times = figures["energy_allowance_short"]
@@ -124,7 +124,8 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 def _time(figures: Mapping[str, Any], interrupted: bool) -> Iterator[Row]:
-    unfinished = figures["nodes"] - figures["nodes_finished"] - figures["nodes_failed"] - figures["nodes_died"]
+    ended = sum(figures[f"nodes_{end}"] for end in ("finished", "failed", "died", "crashed"))
+    unfinished = figures["nodes"] - ended
     if unfinished:
         cause = "by the interruption" if interrupted else "at the horizon"
         yield f"nodes cut off {cause}", f"{unfinished} of {figures['nodes']}"

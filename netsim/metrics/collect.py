@@ -6,6 +6,7 @@ from typing import Any
 from netsim.metrics.budgets import Budgets
 from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
+from netsim.metrics.faults import Faults
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
 from netsim.metrics.traffic import Traffic
@@ -20,6 +21,7 @@ class Metrics:
         self._energy = Energy()
         self._reducers = (
             Life(),
+            Faults(),
             GraphTraffic(),
             AssociationError(),
             MarginalError(),

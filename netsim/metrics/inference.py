@@ -148,20 +148,23 @@ class AssociationError:
         ]
 
     def _error(self, decisions: Decisions, targets_only: bool = False) -> float | None:
-        """Over all measurements; those of a sensor that never decided count as wrong. None when no sensor decided."""
+        """Over all measurements; those of a sensor that never decided count as wrong. None when no sensor decided.
+
+        So do those of a sensor that decided about other measurements than it should have had (a fault).
+        """
         wrong = total = 0
         for node, origin in self._origins.items():
             counted = origin >= 0 if targets_only else np.ones(len(origin), bool)
             total += int(counted.sum())
             decided = decisions.get(node)
-            wrong += int(counted.sum() if decided is None else (counted & (np.asarray(decided) != origin)).sum())
+            wrong += int((counted & _unequal(decided, origin)).sum())
         return wrong / total if total and decisions else None
 
     def _differs(self, first: Decisions, second: Decisions) -> float | None:
         both = [node for node in self._origins if node in first and node in second]
         pairs = [(np.asarray(first[node]), np.asarray(second[node])) for node in both]
         total = sum(len(one) for one, _ in pairs)
-        return sum(int((one != other).sum()) for one, other in pairs) / total if total else None
+        return sum(int(_unequal(other, one).sum()) for one, other in pairs) / total if total else None
 
     def _on_problem(self, event: Problem, _: int) -> None:
         if event.kind == "association":
@@ -172,6 +175,13 @@ class AssociationError:
 
     def _on_association(self, event: Association, _: int) -> None:
         self._decisions[event.node][event.round] = np.asarray(event.target)
+
+
+def _unequal(decided: np.ndarray[Any, Any] | None, right: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Where a decision is not the right one: everywhere if there is none, or one about other measurements."""
+    if decided is None or len(decided) != len(right):
+        return np.ones(len(right), bool)
+    return np.asarray(decided != right)
 
 
 def _exact_map(instance: AssociationInstance) -> Decisions:

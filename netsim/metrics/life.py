@@ -9,7 +9,10 @@ from netsim.units import NS_PER_S
 
 
 class Life:
-    """Counts nodes by what ended their algorithm; one whose battery ran empty after that counts by the first."""
+    """Counts nodes by what ended their algorithm; one whose battery ran empty after that counts by the first.
+
+    Of a node that crashed and came up again, its last life counts.
+    """
 
     def __init__(self) -> None:
         self._nodes = 0
@@ -29,13 +32,16 @@ class Life:
             "nodes_finished": ends.count("finished"),
             "nodes_failed": ends.count("failed"),
             "nodes_died": ends.count("died"),
+            "nodes_crashed": ends.count("crashed"),
         }
 
     def _on_nodes(self, event: NodeTable, _: int) -> None:
         self._nodes = len(event.node)
 
     def _on_life(self, event: NodeLife, _: int) -> None:
-        if event.event != "started":
+        if event.event == "rebooted":
+            self._ended.pop(event.node, None)
+        elif event.event != "started":
             self._ended.setdefault(event.node, event.event)
 
     def _on_end(self, _: EnergyLedger, now_ns: int) -> None:

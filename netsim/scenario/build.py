@@ -17,6 +17,7 @@ from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
 from netsim.scenario.links import air_between
 from netsim.scenario.load import LoadedScenario
+from netsim.scenario.make_faults import FaultMaker
 from netsim.scenario.make_mac import MacMaker
 from netsim.scenario.make_medium import make_medium
 from netsim.scenario.make_motion import movers, require_moving_air
@@ -112,6 +113,7 @@ class _Builder:
         self._recorder = Recorder(lambda: clock.now_ns, observers)
         self._streams = Streams(self._scenario.seed, self._scenario.repetition)
         self._places = places(loaded, self._streams)
+        self._faults = FaultMaker(loaded, clock, self._recorder, self._streams, self._places)
         self._problem = _problem(self._places, self._streams, loaded)
         self._air = air_between(self._places, loaded, self._streams)
         scenario, streams, recorder = self._scenario, self._streams, self._recorder
@@ -134,6 +136,7 @@ class _Builder:
         for place in self._places:
             simulation.add(self._member(place, simulation.node_ended))
         self._set_in_motion(simulation)
+        self._faults.install(simulation, self._medium)
         return Built(simulation, self._problem)
 
     def _set_in_motion(self, simulation: Simulation) -> None:
@@ -208,6 +211,7 @@ class _Builder:
 
     def _identity(self, place: Place) -> Identity:
         problem = self._problem
+        observe = lambda: np.asarray(problem.observe(place.id), dtype=float)  # noqa: E731
         return Identity(
             id=place.id,
             name=place.name,
@@ -216,5 +220,5 @@ class _Builder:
             position_m=(place.x_m, place.y_m),
             neighbours=self._air.neighbours[place.id],
             knowledge=problem.knowledge(place.id),
-            observe=lambda: np.asarray(problem.observe(place.id), dtype=float),
+            observe=self._faults.observe(place.id, observe),
         )

@@ -22,6 +22,7 @@ from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.sim.budget import BudgetParameters
 from netsim.sim.duty_cycle import DutyCycleParameters
+from netsim.sim.faults.rules import FaultRule
 from netsim.sim.local_clock import ClockParameters
 from netsim.sim.mac.aloha import AlohaParameters
 from netsim.sim.mac.csma import CsmaParameters
@@ -173,5 +174,7 @@ class Scenario:
     """What the nodes run: `type` names a shipped algorithm (see `netsim list`) or your own `module:Class`."""
     duty_plan: DutyPlan | None = None
     """A node's day, for `netsim lifetime`; it changes nothing in the run."""
+    faults: tuple[FaultRule, ...] = ()
+    """What goes wrong: crashes, outages, bursts of loss, corruption, jammers, sensors that lie."""
     trace: TraceParameters = TraceParameters()
     """What the trace holds."""

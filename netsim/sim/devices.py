@@ -18,7 +18,7 @@ class Cpu:
         self._device = device
         self._meter = meter
         self._free_ns = 0
-        self._dead = False
+        self._is_on = True
         meter.draw(device.sleep_mw, "sleep")
 
     def compute(self, operations: int) -> Op[None]:
@@ -32,13 +32,19 @@ class Cpu:
             self._clock.call_after(self._free_ns - now_ns, self._job_done)
             yield self._clock.timeout(self._free_ns - now_ns)
 
-    def stop(self) -> None:
-        """The node died."""
-        self._dead = True
-        self._meter.draw(0.0, "dead")
+    def start(self) -> None:
+        """The node comes up again after a crash: nothing is left to do."""
+        self._is_on = True
+        self._free_ns = self._clock.now_ns
+        self._meter.draw(self._device.sleep_mw, "sleep")
+
+    def stop(self, state: str) -> None:
+        """The node died (`dead`) or crashed (`off`)."""
+        self._is_on = False
+        self._meter.draw(0.0, state)
 
     def _job_done(self, _: object) -> None:
-        if self._clock.now_ns >= self._free_ns and not self._dead:  # else the next job begins at once
+        if self._clock.now_ns >= self._free_ns and self._is_on:  # else the next job begins at once
             self._meter.draw(self._device.sleep_mw, "sleep")
 
 
@@ -51,7 +57,7 @@ class SensorPort:
         self._sample_ns = sample_ns
         self._meter = meter
         self._users = 0
-        self._dead = False
+        self._is_on = True
         meter.draw(0.0, "off")
 
     def sample(self) -> Op[None]:
@@ -63,10 +69,14 @@ class SensorPort:
                 yield self._clock.timeout(self._sample_ns)
         finally:  # also when the reading is cancelled half-way
             self._users -= 1
-            if self._users == 0 and not self._dead:
+            if self._users == 0 and self._is_on:
                 self._meter.draw(0.0, "off")
 
-    def stop(self) -> None:
-        """The node died."""
-        self._dead = True
-        self._meter.draw(0.0, "dead")
+    def start(self) -> None:
+        """The node comes up again after a crash."""
+        self._is_on = True
+
+    def stop(self, state: str) -> None:
+        """The node died (`dead`) or crashed (`off`)."""
+        self._is_on = False
+        self._meter.draw(0.0, state)

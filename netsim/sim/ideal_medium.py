@@ -176,7 +176,7 @@ class IdealMedium:
 
     def _outcome(self, listener: Listener, transmission: Transmission, chance: float) -> int:
         radio = listener.radio
-        if transmission.truncated or radio.state == "dead":
+        if transmission.truncated or radio.state in ("dead", "off"):
             return DEAD
         if not radio.is_awake:
             return ASLEEP

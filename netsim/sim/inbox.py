@@ -36,6 +36,11 @@ class Inbox:
         self._messages: list[Message] = []
         self._askers: list[Asker] = []
 
+    def clear(self) -> None:
+        """Forget everything: the node crashed, and nobody waits any more."""
+        self._messages.clear()
+        self._askers.clear()
+
     def deliver(self, message: Message) -> None:
         """A message has arrived: give it to the asker who has waited longest and whom it fits, or keep it."""
         if not self._serve(message):

@@ -20,7 +20,7 @@ class Transceiver(Protocol):
         ...
 
     def start(self) -> None:
-        """Power up, at the start of the run."""
+        """Power up, at the start of the run or after a crash."""
         ...
 
     def settle(self) -> None:
@@ -29,6 +29,10 @@ class Transceiver(Protocol):
 
     def die(self) -> None:
         """The battery is empty."""
+        ...
+
+    def power_off(self) -> None:
+        """The node crashed: off until `start`."""
         ...
 
 
@@ -48,8 +52,12 @@ class LinkLayer(Protocol):
         """Keep the radio awake."""
         ...
 
+    def give_up(self, reason: str) -> None:
+        """The node is about to stop: end every job, also the one under way, with this reason."""
+        ...
+
     def stop(self) -> None:
-        """The node died: drop everything."""
+        """The node died or crashed: forget everything. When its radio is powered up again it begins anew."""
         ...
 
 
@@ -114,4 +122,8 @@ class NetworkLayer(Protocol):
         done: Callable[[Delivery], None],
     ) -> int:
         """Take a message, call `done` once with what became of it at this node, return its number in the trace."""
+        ...
+
+    def give_up(self, reason: str) -> None:
+        """The node is about to stop: say what is lost with it, for this reason, and try nothing again."""
         ...

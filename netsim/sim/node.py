@@ -81,14 +81,38 @@ class Parts:
             meter.settle()
         self.radio.settle()
 
-    def stop(self) -> None:
-        """Every device off, at this nanosecond."""
+    def start(self) -> None:
+        """Every device on again after a crash; nothing is left of what was under way."""
+        self.inbox.clear()
+        self.cpu.start()
+        if self.sensor is not None:
+            self.sensor.start()
+        self.radio.start()
+        self.network.start()
+        self.budget.restart()
+
+    def give_up(self, reason: str) -> None:
+        """End all that waits to be sent, with this reason, and forget what was received."""
+        self.budget.give_up(reason)
+        self.network.give_up(reason)
+        self.mac.give_up(reason)
         self.network.stop()
         self.mac.stop()
+
+    def die(self) -> None:
+        """Every device off for good, at this nanosecond."""
         self.radio.die()
-        self.cpu.stop()
+        self._stop_devices("dead")
+
+    def power_off(self) -> None:
+        """Every device off, at this nanosecond, until `start`."""
+        self.radio.power_off()
+        self._stop_devices("off")
+
+    def _stop_devices(self, state: str) -> None:
+        self.cpu.stop(state)
         if self.sensor is not None:
-            self.sensor.stop()
+            self.sensor.stop(state)
 
 
 class Node:
@@ -129,16 +153,15 @@ class Node:
         self._answered = False
         self.failure: NetsimError | None = None
         self._is_over = False
+        self._is_up = True
+        self._is_dead = False
 
     def start(self, algorithm: Algorithm, handle: NodeHandle) -> None:
         """Power up and run the algorithm."""
         self.parts.radio.start()
         self.parts.network.start()
         self._recorder.record(NodeLife(self.identity.id, "started", type(algorithm).__name__))
-        self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
-        self._clock.process(self._main.body())
-        for service in self._services:
-            self.spawn(service(handle))
+        self._begin(algorithm, handle)
 
     @property
     def is_running(self) -> bool:
@@ -156,12 +179,46 @@ class Node:
     def die(self) -> None:
         """The battery is empty: every process of this node ended, every device off, at this very nanosecond.
 
-        The processes end first: what they do while clearing up (`finally`) still happens in life.
+        The processes end first: what they do while clearing up (`finally`) still happens in life. What waits to be sent
+        is dropped as `died`.
         """
-        self._end(None)
-        self.parts.budget.give_up("died")
+        self._is_dead = True
+        self._shut_down("died")
         self._recorder.record(NodeLife(self.identity.id, "died", "battery empty"))
-        self.parts.stop()
+        self.parts.die()
+
+    def crash(self, reason: str) -> bool:
+        """As `die`, but `reboot` brings it back; what waits to be sent is dropped as `crashed`.
+
+        Args:
+            reason: What brought it down, for the trace.
+
+        Returns:
+            Whether there was anything to crash: False for a node that is down already.
+        """
+        if not self._is_up:
+            return False
+        self._shut_down("crashed")
+        self._recorder.record(NodeLife(self.identity.id, "crashed", reason))
+        self.parts.power_off()
+        return True
+
+    def reboot(self, algorithm: Algorithm, handle: NodeHandle) -> bool:
+        """Come up after a crash and run the algorithm anew: of its old life it has its knowledge, and no more.
+
+        Random streams and the counters of frames and messages go on where they were.
+
+        Returns:
+            Whether it came up: False for a node whose battery ran empty meanwhile.
+        """
+        if self._is_dead or self._is_up:
+            return False
+        self._is_up, self._is_over = True, False
+        self._received, self._answered, self.forgotten = [], False, ""
+        self._recorder.record(NodeLife(self.identity.id, "rebooted", type(algorithm).__name__))
+        self.parts.start()
+        self._begin(algorithm, handle)
+        return True
 
     def deliver(self, message: Message) -> None:
         """The network layer hands up a message; after the algorithm's end nobody reads it."""
@@ -184,6 +241,17 @@ class Node:
         """What a message sent now answers: everything received between the sends before it and this one."""
         self._answered = True
         return list(self._received)
+
+    def _begin(self, algorithm: Algorithm, handle: NodeHandle) -> None:
+        self._main = RunningTask(self._clock, self._guarded(algorithm, handle))
+        self._clock.process(self._main.body())
+        for service in self._services:
+            self.spawn(service(handle))
+
+    def _shut_down(self, reason: str) -> None:
+        self._end(None)
+        self._is_up = False
+        self.parts.give_up(reason)
 
     def _guarded(self, algorithm: Algorithm, handle: NodeHandle) -> Op[None]:
         """Run the algorithm; what it raises ends it on this node, is recorded, and is kept for the report."""
@@ -236,8 +304,8 @@ class Node:
             self._recorder.record(NodeLife(self.identity.id, "failed", str(self.failure)))
 
     def _cancel_tasks(self) -> None:
-        tasks, self._tasks = self._tasks, []
-        for task in tasks:
+        while self._tasks:  # what is ended may begin something new (`finally`), which is ended before it began
+            task = self._tasks.pop(0)
             try:
                 task.cancel()
             except Exception as error:  # raised by the user's code while it is ended

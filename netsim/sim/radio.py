@@ -1,4 +1,4 @@
-"""The radio as a state machine that announces its power draw: sleep, idle, listen, receive, transmit, switch, dead."""
+"""The radio as a state machine that announces its power draw: off, sleep, idle, listen, receive, transmit, switch, dead."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -50,7 +50,7 @@ class Radio:
         meter: Where the draw is announced.
         medium: The shared air.
         recorder: For `RadioState` events.
-        all_states: Record every state change (detail `full`), not only sleep, wake and death.
+        all_states: Record every state change (detail `full`), not only sleep, wake, crash and death.
 
     Attributes:
         on_receive: Called with each frame that was decoded and is for this node.
@@ -85,6 +85,7 @@ class Radio:
         self._waking = False
         self._transmission: Transmission | None = None
         self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
+        self._life = 0  # counts the times it fell silent, for the same reason
         self.on_receive: Callable[[LinkFrame], None] = lambda frame: None
         self.on_overhear: Callable[[LinkFrame], None] = lambda frame: None
         self.on_transmitting: Callable[[LinkFrame], None] = lambda frame: None
@@ -117,7 +118,7 @@ class Radio:
         return self.listens_since_ns is not None and self.listens_since_ns <= start_ns
 
     def start(self) -> None:
-        """Power up straight into listening, at the start of the run."""
+        """Power up straight into listening, at the start of the run or after a crash."""
         self.listens_since_ns = self._clock.now_ns
         self._medium.listening(self.node, self.listens_since_ns)
         self._listen()
@@ -146,9 +147,9 @@ class Radio:
 
     def transmission_ended(self, transmission: Transmission) -> None:
         """The medium tells that this radio's frame has left the air."""
+        if self._transmission is not transmission:
+            return  # it died or crashed at this very instant
         self._transmission = None
-        if self.state == "dead":
-            return  # it died at this very instant
         self._enter("switch", self.device.switching_mw, "switch", transmission.frame.kind)
         self._ready_in(self.device.turnaround_ns)
         self.on_transmitted(transmission.frame)
@@ -202,9 +203,17 @@ class Radio:
 
     def die(self) -> None:
         """The battery is empty: fall silent at once."""
+        self._fall_silent("dead", 0.0)
+
+    def power_off(self) -> None:
+        """The node crashed: fall silent at once, until `start`."""
+        self._fall_silent("off", self.device.off_mw)
+
+    def _fall_silent(self, state: str, power_mw: float) -> None:
         transmission, self._transmission = self._transmission, None
+        self._life += 1
         self._turn_away("dead")
-        self._enter("dead", 0.0, "dead")
+        self._enter(state, power_mw, state)
         if transmission is not None:
             self._medium.abort(transmission)
 
@@ -222,9 +231,11 @@ class Radio:
         """Listen again after start-up or turnaround, and tell the MAC, also if a frame begins at that very instant."""
         self.listens_since_ns = self._clock.now_ns + delay_ns
         self._medium.listening(self.node, self.listens_since_ns)
-        era = self._era
+        era, life = self._era, self._life
 
         def ready(_: object) -> None:
+            if self._life != life:
+                return
             if self._era == era:
                 self._listen()
             self.on_ready()
@@ -252,7 +263,8 @@ class Radio:
             self._recorder.record(RadioState(self.node, RADIO_STATE_CODE[state]))
 
     def _notable(self, was: str, state: str) -> bool:
-        return self._all_states or state in ("sleep", "dead") or "sleep" in (was, state)
+        back_on = was == "sleep" or (was == "off" and self._life > 0)
+        return self._all_states or back_on or state in ("sleep", "dead", "off")
 
 
 def _purpose(frame: LinkFrame) -> str:

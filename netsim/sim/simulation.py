@@ -77,6 +77,27 @@ class Simulation:
         """A node's algorithm is over."""
         self._active -= 1
 
+    def crash(self, node_id: int, reason: str, reboot_after_ns: int | None = None) -> bool:
+        """Let a node crash now.
+
+        Until it is back the run goes on; a crash for good, or beyond the horizon, is an end of its algorithm like others.
+
+        Args:
+            node_id: Which node.
+            reason: What brought it down, for the trace.
+            reboot_after_ns: When it comes up again, at least 1; None for never.
+
+        Returns:
+            Whether it was up: a node that is down cannot crash.
+        """
+        member = self._members[node_id]
+        if not member.node.crash(reason):
+            return False
+        if reboot_after_ns is not None and self._clock.now_ns + reboot_after_ns < self.horizon_ns:
+            self._active += 1
+            self._clock.call_first(reboot_after_ns, lambda _: self._reboot(member))
+        return True
+
     def run(self, progress: Progress | None = None) -> None:
         """Run to the end.
 
@@ -111,6 +132,10 @@ class Simulation:
         offered_j = [battery.harvested_j for battery in harvested.values()]
         spilled_j = [battery.spilled_j for battery in harvested.values()]
         self._recorder.record(EnergyHarvest(list(harvested), offered_j, spilled_j))
+
+    def _reboot(self, member: Member) -> None:
+        if not member.node.reboot(member.algorithm, member.handle):
+            self._active -= 1
 
     def _ledger(self) -> EnergyLedger:
         rows = [

@@ -51,11 +51,18 @@ class Station:
         """See `Transceiver.die`."""
         self._turn("dead")
 
+    def power_off(self) -> None:
+        """See `Transceiver.power_off`."""
+        self._turn("off")
+
     def settle(self) -> None:
         """It draws nothing."""
 
-    def stop(self) -> None:
+    def give_up(self, reason: str) -> None:
         """What is on its way already arrives."""
+
+    def stop(self) -> None:
+        """It remembers nothing."""
 
     def sleep(self) -> None:
         """See `LinkLayer.sleep`."""
@@ -230,7 +237,7 @@ class Post:
         )
 
     def _lose(self, letter: Letter, reason: str, attempts: int) -> None:
-        if self.stations[letter.source].state != "dead":
+        if self.stations[letter.source].state not in ("dead", "off"):
             source = letter.source
             self.recorder.record(MessageDropped(letter.id, source, letter.destination, source, letter.kind, reason))
         letter.done(Delivery(False, reason, attempts))

@@ -34,9 +34,9 @@ OUTCOMES = (
     "weak",  # lost to noise
     "half_duplex",  # the listener was transmitting
     "busy",  # the listener was locked on another frame
-    "asleep",  # the listener's radio was off, asleep or switching
-    "dead",  # the listener, or the sender half-way, ran out of energy
-    "lost",  # dropped by a link's loss probability, on a medium without interference
+    "asleep",  # the listener's radio was asleep or switching
+    "dead",  # the listener, or the sender half-way, ran out of energy or crashed
+    "lost",  # dropped by a link's loss probability on a medium without interference, or by a fault rule's
     "captured",  # the listener left it for a stronger frame that began later
     "jammed",  # lost, and without the jammer it would have had more than an even chance
     "outage",  # a fault rule cut the link
@@ -94,7 +94,7 @@ class FieldInfo:
 
 @dataclass(frozen=True, slots=True)
 class RadioState:
-    """A node's radio entered a state. At detail `frames` only sleep, listen (after sleep) and dead; at `full` all."""
+    """A node's radio entered a state. At detail `frames` only sleep, off (crash), listen after them, dead; at `full` all."""
 
     topic: ClassVar[str] = "/nodes/radio"
     node: U32
@@ -104,13 +104,14 @@ class RadioState:
 
 @dataclass(frozen=True, slots=True)
 class NodeLife:
-    """A node's algorithm started or ended, or the node died."""
+    """A node's algorithm started or ended, or the node died, crashed or came up again."""
 
     topic: ClassVar[str] = "/nodes/life"
     node: U32
     event: Text
     """`started`, `finished`, `failed`, `died`, `crashed`, `rebooted`."""
     reason: Text
+    """Name of the algorithm (`started`, `rebooted`), what it raised (`failed`), or what brought the node down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,9 +293,9 @@ class MessageDropped:
     reason: Text
     """`no_ack`, `channel_busy`, `queue_full`, `no_route`, `hop_limit`, `reassembly_timeout`, `no_energy`,
     `reassembly_full` (too many incomplete messages), `malformed` (bytes that are no packet, or contradict it),
-    `no_sequence` (65,536 messages in less than the network's `memory_s`), `died` (what waited for an energy allowance).
-    After `no_ack` the message may have arrived all the same. What waits at a node's MAC when it dies is lost without an
-    event."""
+    `no_sequence` (65,536 messages in less than the network's `memory_s`), `died`, `crashed`. After `no_ack` the message may
+    have arrived all the same. `died` and `crashed` are said of what waited to be sent (at the MAC, in the network layer, or
+    for an energy allowance), was being sent, or had come in parts, when the node went down."""
 
 
 @dataclass(frozen=True, slots=True)

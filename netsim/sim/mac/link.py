@@ -62,8 +62,12 @@ class Mac(Protocol):
         """Keep the radio awake."""
         ...
 
+    def give_up(self, reason: str) -> None:
+        """The node is about to stop: end every job, also the one under way, with this reason."""
+        ...
+
     def stop(self) -> None:
-        """The node died: drop everything. When its radio is powered up again (`Radio.start`), it begins anew."""
+        """The node died or crashed: forget everything. When its radio is powered up again (`Radio.start`) it begins anew."""
         ...
 
 
@@ -113,6 +117,14 @@ class QueuedMac(ABC):
         """See `Mac.wake`."""
         self._wants_sleep = False
         self._radio.wake()
+
+    def give_up(self, reason: str) -> None:
+        """See `Mac.give_up`."""
+        jobs = [*([] if self._job is None else [self._job]), *self._waiting]
+        self._job = None
+        self._waiting.clear()
+        for job in jobs:
+            job.done(Delivery(acknowledged=False, reason=reason, attempts=0))
 
     def stop(self) -> None:
         """See `Mac.stop`."""

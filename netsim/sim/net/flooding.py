@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from netsim.sim.net.link_port import WaitingRoom
 from netsim.sim.net.packet import Form, Packet
@@ -51,6 +52,7 @@ class Flooding:
         if packet.hops < min(limit, self._hop_limit):
             onward = replace(packet, hops=packet.hops + 1)
             name = "flood/{}/{}/{}".format(*packet.key)
-            if not self._room.later(self._delay_ns, name, lambda: self._transmit(onward)):
-                self._dropped(packet, "queue_full")
+            transmit, lost = partial(self._transmit, onward), partial(self._dropped, packet)
+            if not self._room.later(self._delay_ns, name, transmit, lost):
+                lost("queue_full")
         return True

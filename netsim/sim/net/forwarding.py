@@ -50,7 +50,8 @@ class Forwarder:
             again = lambda: self._try(router, packet, previous, origin, done, number + 1, attempts)  # noqa: E731
             name = f"retry/{packet.origin}/{packet.sequence}/{packet.index}/{packet.hops}/{number}"
             may = not delivery.acknowledged and number < self._retries
-            if not (may and self._room.later(self._delay_ns, name, again)):
+            lost = lambda reason: done(Delivery(False, reason, attempts))  # noqa: E731
+            if not (may and self._room.later(self._delay_ns, name, again, lost)):
                 done(Delivery(delivery.acknowledged, delivery.reason, attempts))
 
         if way.hop is None:

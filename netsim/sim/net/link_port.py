@@ -11,6 +11,8 @@ from netsim.trace.events import BROADCAST
 Done = Callable[[Delivery], None]
 Draw = Callable[[str], float]
 """A uniform number in [0, 1) by name: the same name gives the same number."""
+Lost = Callable[[str], None]
+"""Told why a packet was given up."""
 
 
 class LinkPort:
@@ -60,25 +62,48 @@ class WaitingRoom:
         self._clock = clock
         self._draw = draw
         self._most = most
-        self._life = 0
-        self.waiting = 0
+        self._waiting: dict[int, Lost] = {}
+        self._count = 0
+        self._is_closed = False
 
-    def later(self, longest_ns: int, name: str, action: Callable[[], None]) -> bool:
-        """Act after a random time from 0 to below `longest_ns`, drawn by name; False where there is no room."""
-        if self.waiting >= self._most:
+    @property
+    def waiting(self) -> int:
+        """How many packets wait."""
+        return len(self._waiting)
+
+    def later(self, longest_ns: int, name: str, action: Callable[[], None], lost: Lost) -> bool:
+        """Act after a random time from 0 to below `longest_ns`, drawn by name.
+
+        Args:
+            longest_ns: Longest time to wait.
+            name: Of the draw.
+            action: What to do then.
+            lost: Told the reason if the packet is given up while it waits.
+
+        Returns:
+            Whether there is room.
+        """
+        if self._is_closed or len(self._waiting) >= self._most:
             return False
-        self.waiting += 1
-        life = self._life
+        self._count += 1
+        number = self._count
+        self._waiting[number] = lost
 
         def act(_: object) -> None:
-            if life == self._life:
-                self.waiting -= 1
+            if self._waiting.pop(number, None) is not None:
                 action()
 
         self._clock.call_after(int(self._draw(name) * longest_ns), act)
         return True
 
+    def close(self, reason: str) -> None:
+        """The node is about to stop: give up what waits, and take nothing more until `clear`."""
+        self._is_closed = True
+        waiting, self._waiting = self._waiting, {}
+        for lost in waiting.values():
+            lost(reason)
+
     def clear(self) -> None:
         """The node stopped: nothing of this is sent."""
-        self._life += 1
-        self.waiting = 0
+        self._waiting.clear()
+        self._is_closed = False

@@ -92,6 +92,11 @@ class Network(Sending):
         most = settings.reassembly_messages
         self._reassembly = Reassembly(context.clock, timeout_ns, most, memory_ns, self._dropped)
 
+    def give_up(self, reason: str) -> None:
+        """See `NetworkLayer.give_up`: what waits here, and what has come in parts."""
+        self._room.close(reason)
+        self._reassembly.give_up_all(reason)
+
     def attach(self, mac: Submits) -> None:
         """Connect the MAC below."""
         self.port.attach(mac)
@@ -112,7 +117,7 @@ class Network(Sending):
             service.start()
 
     def stop(self) -> None:
-        """The node died or lost its memory: forget everything but the count of messages."""
+        """See `NetworkLayer.stop`; the count of messages goes on, so that none is taken for another."""
         self._life += 1
         self._delayed = 0
         for service in self.services.values():

@@ -131,6 +131,12 @@ class Reassembly:
         self._done.add(key, self._clock.now_ns)
         return payload
 
+    def give_up_all(self, reason: str) -> None:
+        """Give up every message that is not whole yet."""
+        assemblies, self._assemblies = self._assemblies, {}
+        for assembly in assemblies.values():
+            self._give_up(assembly.first, reason)
+
     def clear(self) -> None:
         """Forget everything, as a node does that loses its memory."""
         self._assemblies.clear()

@@ -1,0 +1,1 @@
+"""Faults as rules of the scenario, outside the code that they befall."""
