@@ -217,16 +217,27 @@ def test_bursts_and_corruption_show_in_the_outcomes(tmp_path):
     assert outcomes["corrupted", False] == 0
 
 
+LONG = "{type: neighbour-traffic, period_s: 0.4, rounds: 20, payload_byte: 300}"
+
+
 @pytest.mark.parametrize("medium", [SINR, "{type: ideal}"])
 def test_packets_that_come_twice_or_late_are_messages_that_come_once(tmp_path, medium):
     late = "{type: delay, share: 0.5, mean_s: 0.05}"
     twice = "{type: duplication, share: 0.5, mean_delay_s: 0.01}"
-    # one fragment a message: what is put together again is the network layer's to say
-    run = Events(six(tmp_path, late, medium=medium))
+    run = Events(six(tmp_path, late, twice, medium=medium, algorithm=LONG))
     counts = Counter((event.message_id, event.node) for _, event in run.of(MessageDelivered))
     assert set(counts.values()) == {1}
+    struck = Counter(event.kind for _, event in run.of(Fault) if event.event == "strikes")
+    assert min(struck["delay"], struck["duplication"]) > 100
+
+
+def test_wrong_bytes_that_no_checksum_tells_of_are_survived(tmp_path):
+    """Half of all packets reach the network layer with wrong bits, in headers too."""
+    run = Events(six(tmp_path, "{type: corruption, share: 0.5, undetected_share: 1}", algorithm=LONG))
+    assert [event for _, event in run.of(NodeLife) if event.event == "failed"] == []
     assert len([event for _, event in run.of(Fault) if event.event == "strikes"]) > 100
-    assert Events(six(tmp_path, twice, medium=medium)).of(MessageDelivered)
+    assert [outcome for *_, outcome in run.outcomes() if outcome == "corrupted"] == []
+    assert Counter(event.reason for _, event in run.of(MessageDropped))["malformed"] > 5
 
 
 # --- algorithms under faults ----------------------------------------------------------------------------------------
