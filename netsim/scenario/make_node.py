@@ -19,7 +19,7 @@ from netsim.sim.frames import MAC_OVERHEAD_BYTE
 from netsim.sim.harvester import Harvester
 from netsim.sim.inbox import Inbox
 from netsim.sim.local_clock import LocalClock, drawn_clock
-from netsim.sim.node import Parts
+from netsim.sim.parts import Parts
 from netsim.sim.radio import Radio
 from netsim.sim.radio_switch import RadioSwitch
 from netsim.sim.stamps import Stamps

@@ -6,7 +6,6 @@ nodes. Received powers are whole zeptowatts (1e-18 mW): their sums are exact, in
 """
 
 import heapq
-import math
 from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Literal
@@ -19,12 +18,9 @@ from netsim.sim.air import (
     ASLEEP,
     BUSY,
     CAPTURED,
-    COLLIDED,
     DEAD,
-    JAMMED,
     OVERHEARD,
     RECEIVED,
-    WEAK,
     FrameFaults,
     FrameLog,
     Link,
@@ -45,8 +41,6 @@ RECENTLY_ENDED: Final = 4096
 """Ended transmissions remembered for channel assessment: far more than end anywhere within eight symbols."""
 CCA_SYMBOLS: Final = 8
 """IEEE 802.15.4-2006 6.9.9."""
-NOTABLE: Final = 1e-9
-"""Interference below this share of the noise is none."""
 
 CcaMode = Literal["energy", "carrier", "either"]
 FadingGains = Callable[[int, int], Floats]
@@ -175,14 +169,12 @@ class SinrMedium:
         self._retire(now_ns)
         device = self._radio(index).device
         since_ns = now_ns - (CCA_SYMBOLS * device.symbol_ns if duration_ns is None else duration_ns)
-        if mode != "energy" and self._carrier_since(index, since_ns):
+        if mode != "energy" and self._receivers.carrier_since(index, since_ns, now_ns):
             return True
         if mode == "carrier":
             return False
         threshold_dbm = device.cca_threshold_dbm if threshold_dbm is None else threshold_dbm
-        energy_zw = int(self._receivers.air_zw[index] - self._began.at(now_ns)[index]) + self._ended_zw(index, since_ns)
-        heard_zw = energy_zw + float(self._receivers.noise_zw(now_ns)[index])
-        return mw_to_dbm(heard_zw / ZW_PER_MW) >= threshold_dbm
+        return self._energy_dbm(index, since_ns, now_ns) >= threshold_dbm
 
     def begin(self, radio: Radio, frame: LinkFrame) -> Transmission:
         """See `Medium.begin`."""
@@ -255,10 +247,12 @@ class SinrMedium:
         else:
             self._heard_ns[label, kind][index] += self._clock.now_ns - transmission.start_ns
 
-    def _carrier_since(self, index: int, since_ns: int) -> bool:
-        locks = self._receivers.locks
-        caught = locks.start_ns[index] < self._clock.now_ns and locks.end_ns[index] > since_ns
-        return bool(caught or locks.previous_end_ns[index] > since_ns)
+    def _energy_dbm(self, index: int, since_ns: int, now_ns: int) -> float:
+        """Power of noise and all signals that were on the air at a node since a time."""
+        signals_zw = int(self._receivers.air_zw[index] - self._began.at(now_ns)[index]) + self._ended_zw(
+            index, since_ns
+        )
+        return mw_to_dbm((signals_zw + float(self._receivers.noise_zw(now_ns)[index])) / ZW_PER_MW)
 
     def _ended_zw(self, index: int, since_ns: int) -> int:
         """Power at a node of the signals that ended after `since_ns`."""
@@ -316,7 +310,8 @@ class SinrMedium:
         )
         weak = heard.sinr < receivers.lock_ratio[near]
         if weak.any():
-            outcome[weak] = self._causes_of_weakness(transmission, reach, earlier_zw)[weak]
+            powers_zw, size_byte = (reach.near_zw[weak], earlier_zw[weak]), transmission.frame.psdu_byte
+            outcome[weak] = receivers.causes_of_weakness(near[weak], *powers_zw, size_byte, now_ns)
         outcome = np.where(self._listens_since_ns[near] <= now_ns, outcome, self._deaf_outcome[near])
         heard.outcome[:] = np.where(held, BUSY, outcome)
         caught = heard.outcome == RECEIVED
@@ -377,7 +372,7 @@ class SinrMedium:
             destination = transmission.frame.destination
             mine = (heard.node[locked] == destination) | (destination == BROADCAST)
             outcome = np.where(mine, RECEIVED, OVERHEARD)
-            outcome[~decoded] = self._causes_of_loss(listeners[~decoded], transmission.end_ns)
+            outcome[~decoded] = self._receivers.causes_of_loss(listeners[~decoded], transmission.end_ns)
             heard.outcome[locked] = outcome
             self._strike(transmission, locked)
         self._book(transmission, listeners, heard.node[locked])
@@ -406,28 +401,6 @@ class SinrMedium:
 
     def _draws(self, listeners: Indices) -> Floats:
         return np.array([uniforms.next() for index in listeners.tolist() if (uniforms := self._uniforms[index])])
-
-    def _causes_of_loss(self, listeners: Indices, end_ns: int) -> Ints:
-        """Jammed or collided where the frame would have had an even chance without that, weak elsewhere."""
-        locks, even = self._receivers.locks, math.log(0.5)
-        alone = self._receivers.log_alone(listeners, end_ns)
-        interfered = locks.log_success[listeners] < alone * (1.0 + NOTABLE)
-        unjammed = self._receivers.log_unjammed(listeners)
-        jammed = locks.log_success[listeners] < unjammed
-        by_others = np.where(interfered & (alone >= even), COLLIDED, WEAK)
-        return np.where(jammed & (unjammed >= even), JAMMED, by_others)
-
-    def _causes_of_weakness(self, transmission: Transmission, reach: Reach, earlier_zw: Ints) -> Ints:
-        """What a preamble was not caught for: as for a loss, judged by the powers at its start."""
-        near, receivers, now_ns = reach.near_index, self._receivers, transmission.start_ns
-        near_zw, noise_zw = reach.near_zw, receivers.noise_zw(now_ns)[near]
-        bits = 8.0 * transmission.frame.psdu_byte
-        likely_alone = bits * receivers.log_bit_alone(near, near_zw, now_ns) >= math.log(0.5)
-        interfered = earlier_zw > NOTABLE * noise_zw
-        jam_zw = receivers.jam_zw[near]
-        unjammed = near_zw / (noise_zw + earlier_zw - jam_zw) >= receivers.lock_ratio[near]
-        by_others = np.where(interfered & likely_alone, COLLIDED, WEAK)
-        return np.where((jam_zw > 0) & unjammed & likely_alone, JAMMED, by_others)
 
     def _book(self, transmission: Transmission, listeners: Indices, nodes: Ints) -> None:
         """Book the time of a reception, at the radios themselves where they follow it."""

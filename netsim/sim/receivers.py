@@ -5,15 +5,22 @@ that all its bits are right, three times over: with everything, without interfer
 the jammers. The first decides; the others tell what a lost frame was lost to.
 """
 
+import math
+from typing import Final
+
 import numpy as np
 
 from netsim.models.devices import RadioDevice
 from netsim.models.modulation import O_QPSK, Modulation
 from netsim.models.noise import Noise
+from netsim.sim.air import COLLIDED, JAMMED, WEAK
 from netsim.sim.signals import ZW_PER_MW, Floats, Indices, Ints
 from netsim.units import NS_PER_S
 
-NEVER_CAPTURES = np.inf
+NEVER_CAPTURES: Final = np.inf
+NOTABLE: Final = 1e-9
+"""Interference below this share of the noise is none."""
+EVEN: Final = math.log(0.5)
 
 
 class Locks:
@@ -146,6 +153,38 @@ class Receivers:
         """Ln of the chance of a bit against the noise of a time, without interference."""
         signal, none = signal_zw.astype(float), np.zeros(len(index))
         return self._modulation.log_bit_success(signal, none, self.noise_zw(time_ns)[index])
+
+    def carrier_since(self, index: int, since_ns: int, now_ns: int) -> bool:
+        """Whether a receiver was locked on a frame at any time since then; one caught just now does not count yet."""
+        locks = self.locks
+        caught = locks.start_ns[index] < now_ns and locks.end_ns[index] > since_ns
+        return bool(caught or locks.previous_end_ns[index] > since_ns)
+
+    def causes_of_loss(self, listeners: Indices, end_ns: int) -> Ints:
+        """What the frames that end now were lost to: jammed or collided where, without that, their chance was even."""
+        success = self.locks.log_success[listeners]
+        alone, unjammed = self.log_alone(listeners, end_ns), self.log_unjammed(listeners)
+        interfered = success < alone * (1.0 + NOTABLE)
+        by_others = np.where(interfered & (alone >= EVEN), COLLIDED, WEAK)
+        return np.where((success < unjammed) & (unjammed >= EVEN), JAMMED, by_others)
+
+    def causes_of_weakness(
+        self, index: Indices, signal_zw: Ints, earlier_zw: Ints, psdu_byte: int, now_ns: int
+    ) -> Ints:
+        """What preambles that begin now were not caught for: as for a loss, judged by the powers at their start.
+
+        Args:
+            index: Listeners.
+            signal_zw: Received power there.
+            earlier_zw: Power of what was on the air before.
+            psdu_byte: Length of the frame.
+            now_ns: The present instant.
+        """
+        noise_zw, jam_zw = self.noise_zw(now_ns)[index], self.jam_zw[index]
+        even_alone = 8.0 * psdu_byte * self.log_bit_alone(index, signal_zw, now_ns) >= EVEN
+        caught_unjammed = signal_zw / (noise_zw + earlier_zw - jam_zw) >= self.lock_ratio[index]
+        by_others = np.where((earlier_zw > NOTABLE * noise_zw) & even_alone, COLLIDED, WEAK)
+        return np.where((jam_zw > 0) & caught_unjammed & even_alone, JAMMED, by_others)
 
     def _close(self, listeners: Indices, until_ns: int, noise_zw: Floats) -> None:
         locks, log_of = self.locks, self._modulation.log_bit_success

@@ -121,6 +121,7 @@ class Simulation:
         self._record_samples()
         self._record_harvest()
         self._recorder.record(self._ledger())
+        self._recorder.close()
 
     def _record_harvest(self) -> None:
         batteries = {number: member.node.parts.battery for number, member in self._members.items()}

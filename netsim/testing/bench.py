@@ -19,7 +19,8 @@ from netsim.sim.energy import Account, Battery, Meter
 from netsim.sim.handle import Handle
 from netsim.sim.inbox import Inbox
 from netsim.sim.local_clock import LocalClock
-from netsim.sim.node import Identity, Node, Parts
+from netsim.sim.node import Identity, Node
+from netsim.sim.parts import Parts
 from netsim.sim.radio_switch import RadioSwitch
 from netsim.sim.simulation import Member, Simulation
 from netsim.sim.stamps import Stamps

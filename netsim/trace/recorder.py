@@ -43,3 +43,7 @@ class Recorder:
             now_ns = self._now_ns()
             for handler in handlers:
                 handler(event, now_ns)
+
+    def close(self) -> None:
+        """The run is over: whatever is still said, as by processes that are cleaned up, is not part of it."""
+        self._handlers = {}
