@@ -372,7 +372,8 @@ class SinrMedium:
             destination = transmission.frame.destination
             mine = (heard.node[locked] == destination) | (destination == BROADCAST)
             outcome = np.where(mine, RECEIVED, OVERHEARD)
-            outcome[~decoded] = self._receivers.causes_of_loss(listeners[~decoded], transmission.end_ns)
+            if not decoded.all():
+                outcome[~decoded] = self._receivers.causes_of_loss(listeners[~decoded], transmission.end_ns)
             heard.outcome[locked] = outcome
             self._strike(transmission, locked)
         self._book(transmission, listeners, heard.node[locked])
