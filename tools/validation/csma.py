@@ -263,9 +263,9 @@ its eight symbols, and at their end, so it misses a frame that ends within them 
 `StartRx`, `EndCca`). Such a sender begins 192 us later, just when the acknowledgement of that frame is on the air, and its
 own frame is lost. netsim counts whatever was on the air within the eight symbols, as their mean energy would (6.9.7, 6.9.9):
 a signal 26 dB over the threshold is seen if it covers a four-hundredth of them. With nothing but this replaced the two
-simulators agree within 2 % everywhere: the columns "as ns-3 assesses" show it. From eight senders on netsim lies above ns-3 by
-half a per cent on average, which is not explained; the largest differences in standard errors are of means over four runs,
-whose own standard errors are uncertain by a half.
+simulators agree within 2 % everywhere: the columns "as ns-3 assesses" show it. From eight senders on netsim lies above ns-3
+by half a per cent on average, which is not explained; the largest differences in standard errors are of means over four
+runs, whose own standard errors are uncertain by a half.
 
 Not shown: that real radios do as well. Both simulators decode most of a collision of two equally strong frames, because the
 formula of 802.15.4 treats the other frame as white noise (at 0 dB a frame of 50 bytes survives in 94 of 100 cases).
