@@ -7,10 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from netsim.calibrate.columns import Floats, refusal
 from netsim.calibrate.columns import TestbedLog as TestbedLog
+from netsim.calibrate.columns import refusal
 from netsim.calibrate.csv_log import from_csv
-from netsim.models.k7 import GZIP_MAGIC, MAX_BYTE, read_k7
+from netsim.models.k7 import GZIP_MAGIC, MAX_BYTE, is_log_sum, read_k7, without_log_sum
 
 
 def read_log(path: Path) -> TestbedLog:
@@ -32,11 +32,11 @@ def _from_k7(path: Path) -> TestbedLog:
     count = len(k7.source)
     unknown = np.full(count, np.nan)
     length = k7.header.get("tx_length")
-    received = np.round(k7.pdr * k7.tx_count)
+    received = k7.received
     rssi_dbm = np.where(received > 0, k7.mean_rssi_dbm, np.nan)
     corrected = ""
     if is_log_sum(rssi_dbm, received):
-        rssi_dbm, corrected = rssi_dbm - np.log(np.maximum(received, 1.0)), LOG_SUM
+        rssi_dbm, corrected = without_log_sum(rssi_dbm, received), LOG_SUM
     return TestbedLog(
         path=path,
         format="k7",
@@ -60,25 +60,6 @@ LOG_SUM: Final = (
     "The mean powers of this file are not means: they are ln(sum(exp(rssi))) over the frames received, so they grow by the "
     "natural logarithm of the number received (4.6 dB for 100 frames). That logarithm was taken off again."
 )
-
-
-def is_log_sum(rssi_dbm: Floats, received: Floats) -> bool:
-    """Whether means are sums of exponentials that were never divided: the IoT-LAB files of 2018 are.
-
-    Radios report whole dB. Where all frames of a row had the same power, a true mean is a whole number; such a sum is one
-    when ln(received) is taken off.
-    """
-    many = np.isfinite(rssi_dbm) & (received >= 2)
-    if not many.any():
-        return False
-    as_is, without = (
-        _share_of_whole(power[many]) for power in (rssi_dbm, rssi_dbm - np.log(np.maximum(received, 1.0)))
-    )
-    return without > 0.2 and without > 4.0 * as_is
-
-
-def _share_of_whole(power: Floats) -> float:
-    return float(np.mean(np.abs(power - np.round(power)) < 0.011))
 
 
 def _text(path: Path) -> str:

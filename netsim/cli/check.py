@@ -8,8 +8,9 @@ import typer
 from netsim.cli import EXIT_BAD_INPUT
 from netsim.cli.console import say, tell
 from netsim.errors import Finding, ScenarioError
-from netsim.models.device_checks import device_findings, supply_finding
+from netsim.models.device_checks import device_findings, noise_finding, supply_finding
 from netsim.models.device_tables import Device, load_battery, load_cpu, load_device, load_radio, unverified
+from netsim.models.media import PhysicalMedium, UnitDiskParameters
 from netsim.scenario.build import build
 from netsim.scenario.load import LoadedScenario, inspect
 from netsim.scenario.schema import DeviceBattery
@@ -24,7 +25,7 @@ def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: b
 
 
 def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
-    """Traps that the devices of a valid scenario fall into, each device once."""
+    """Traps that the devices and the medium of a valid scenario fall into, each device once."""
     groups = loaded.scenario.nodes
     batteries = {group.battery.device for group in groups if isinstance(group.battery, DeviceBattery)}
     named: list[tuple[str, set[str], Callable[[str, Path], Device]]] = [
@@ -35,6 +36,11 @@ def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
     for kind, names, load in named:
         for name in sorted(names):
             yield from (f"warning: {kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))
+    medium = loaded.scenario.medium
+    if isinstance(medium, PhysicalMedium) and not isinstance(medium, UnitDiskParameters):
+        for name in sorted({group.radio for group in groups}):
+            finding = noise_finding(load_radio(name, loaded.folder), medium.noise_dbm)
+            yield from () if finding is None else (f"warning: radio {name}: {finding}",)
     for group in groups:
         if isinstance(group.battery, DeviceBattery):
             radio, battery = load_radio(group.radio, loaded.folder), load_battery(group.battery.device, loaded.folder)

@@ -67,10 +67,11 @@ def rounds_of(k7: K7, channel: int, nodes: Iterable[int]) -> dict[int, Rounds]:
     rows = rows[np.lexsort((k7.destination[rows], k7.time_s[rows], k7.source[rows]))]
     senders, first = np.unique(k7.source[rows], return_index=True)
     parts = np.split(rows, first[1:]) if len(rows) else []
-    return {int(sender): _rounds(k7, part) for sender, part in zip(senders, parts, strict=True)}
+    power_dbm = k7.power_dbm()
+    return {int(sender): _rounds(k7, power_dbm, part) for sender, part in zip(senders, parts, strict=True)}
 
 
-def _rounds(k7: K7, rows: NDArray[np.intp]) -> Rounds:
+def _rounds(k7: K7, power_dbm: Floats, rows: NDArray[np.intp]) -> Rounds:
     """The rounds of one sender's rows, ascending by time."""
     starts: list[float] = []
     number = np.empty(len(rows), np.intp)
@@ -86,7 +87,7 @@ def _rounds(k7: K7, rows: NDArray[np.intp]) -> Rounds:
     listeners, column = np.unique(k7.destination[rows], return_inverse=True)
     ratio = np.zeros((len(starts), len(listeners)))
     ratio[number, column] = k7.pdr[rows]
-    rssi = np.bincount(column, k7.mean_rssi_dbm[rows]) / np.bincount(column)
+    rssi = np.bincount(column, power_dbm[rows]) / np.bincount(column)
     return Rounds(listeners, np.array(starts), ratio, rssi)
 
 

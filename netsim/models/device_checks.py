@@ -1,11 +1,19 @@
 """Traps that device tables fall into: such a table runs, but the figures it gives mislead."""
 
+import math
+
+import numpy as np
+
 from netsim.models.batteries import PeukertParameters
 from netsim.models.devices import BatteryDevice, CpuDevice, RadioDevice
 from netsim.units import dbm_to_mw
 
 FASTEST_OPERATION_PJ = 1.0
 """No sensor node's processor of today needs less for a floating-point operation, memory included."""
+DEAF_DB = 6.0
+"""Noise this far above what the sensitivity presumes is worth a warning."""
+SENSITIVITY_BITS = 8 * 21
+"""A PSDU of 20 bytes and its length octet: what sensitivities are stated for (IEEE 802.15.4-2006 6.1.7)."""
 
 
 def device_findings(device: RadioDevice | CpuDevice | BatteryDevice) -> list[str]:
@@ -26,6 +34,29 @@ def supply_finding(radio: RadioDevice, battery: BatteryDevice) -> str | None:
         f"{battery.name}: good for {battery.continuous_ma:g} mA over longer times, but {radio.name} draws {listen_ma:g} mA "
         "while it listens; the real cell would give less energy than its table says"
     )
+
+
+def noise_finding(radio: RadioDevice, noise_dbm: float) -> str | None:
+    """A medium's noise that makes a radio deaf: at its sensitivity, most short frames are lost."""
+    meant_dbm = noise_of_sensitivity_dbm(radio)
+    if radio.amplifier is not None or noise_dbm < meant_dbm + DEAF_DB:
+        return None  # the first-order model has no sensitivity to speak of
+    return (
+        f"medium.noise_dbm is {noise_dbm:g}, with which {radio.name} is {noise_dbm - meant_dbm:.0f} dB deafer than its "
+        f"sensitivity of {radio.sensitivity_dbm:g} dBm says; {meant_dbm:.1f} dBm meets it"
+    )
+
+
+def noise_of_sensitivity_dbm(radio: RadioDevice) -> float:
+    """Noise at which a frame of 20 bytes (PSDU) at the radio's sensitivity arrives in 99 of 100 cases."""
+    signal, none = np.array([dbm_to_mw(radio.sensitivity_dbm)]), np.zeros(1)
+    quiet_dbm, loud_dbm = radio.sensitivity_dbm - 60.0, radio.sensitivity_dbm + 60.0
+    while loud_dbm - quiet_dbm > 1e-3:
+        middle_dbm = (quiet_dbm + loud_dbm) / 2.0
+        log_success = radio.modulation.log_bit_success(signal, none, np.array([dbm_to_mw(middle_dbm)]))[0]
+        heard = SENSITIVITY_BITS * log_success >= math.log(0.99)
+        quiet_dbm, loud_dbm = (middle_dbm, loud_dbm) if heard else (quiet_dbm, middle_dbm)
+    return quiet_dbm
 
 
 def _radio_traps(radio: RadioDevice) -> dict[str, bool]:

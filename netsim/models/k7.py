@@ -38,7 +38,7 @@ class K7:
         source: Id of the sender.
         destination: Id of the listener.
         channel: IEEE 802.15.4 channel, 11 to 26 at 2.4 GHz.
-        mean_rssi_dbm: Mean received power over the frames that arrived.
+        mean_rssi_dbm: Mean received power over the frames that arrived, as the file has it.
         pdr: Packet delivery ratio, above 0 to 1.
         tx_count: Frames sent.
         duration_s: From start to `stop_date` of the header; without it, to the end of the last row's round.
@@ -56,6 +56,43 @@ class K7:
     tx_count: Ints
     duration_s: float
     round_s: float
+
+    @property
+    def received(self) -> Floats:
+        """Frames that arrived, of each row."""
+        return np.round(self.pdr * self.tx_count)
+
+    def power_dbm(self) -> Floats:
+        """Mean received power of each row, put right where the file has sums in its place (see `is_log_sum`)."""
+        rssi = np.where(self.received > 0, self.mean_rssi_dbm, np.nan)
+        return without_log_sum(rssi, self.received) if is_log_sum(rssi, self.received) else self.mean_rssi_dbm
+
+
+def is_log_sum(rssi_dbm: Floats, received: Floats) -> bool:
+    """Whether mean powers are sums of exponentials that were never divided: those of the IoT-LAB files of 2018 are.
+
+    They are ln(sum(exp(rssi))) over the frames received, so they grow by the natural logarithm of their number, 4.6 dB for
+    100 frames. Radios report whole dB: where all frames of a row had the same power, a true mean is a whole number; such a
+    sum is one when ln(received) is taken off.
+
+    Args:
+        rssi_dbm: Mean powers of rows; NaN where nothing was received.
+        received: Frames received of each row.
+    """
+    many = np.isfinite(rssi_dbm) & (received >= 2)
+    if not many.any():
+        return False
+    as_is, without = (_share_of_whole(power[many]) for power in (rssi_dbm, without_log_sum(rssi_dbm, received)))
+    return without > 0.2 and without > 4.0 * as_is
+
+
+def without_log_sum(rssi_dbm: Floats, received: Floats) -> Floats:
+    """Mean powers out of what `is_log_sum` tells; exact where all frames of a row had the same power."""
+    return rssi_dbm - np.log(np.maximum(received, 1.0))
+
+
+def _share_of_whole(power: Floats) -> float:
+    return float(np.mean(np.abs(power - np.round(power)) < 0.011))
 
 
 def read_k7(path: Path) -> K7:

@@ -140,7 +140,8 @@ class FaultMaker:
             remedy = "set `medium: {type: log-distance}` or another with `reception: sinr`"
             raise ScenarioError([self._loaded.document.finding(("faults", parts.index), text, got, remedy)])
         period_ns = None if rule.on_s is None or rule.off_s is None else (s_to_ns(rule.on_s), s_to_ns(rule.off_s))
-        JammerSchedule(self._clock, medium, parts.announcer, self._powers_mw(parts, rule), span_of(rule), period_ns)
+        powers_mw = self._powers_mw(parts, rule)
+        JammerSchedule(self._clock, medium, parts.announcer, rule.position_m, powers_mw, span_of(rule), period_ns)
 
     def _powers_mw(self, parts: FaultParts, rule: JammerRule) -> Mapping[int, float]:
         """What a jammer's signal is worth at every node it reaches."""

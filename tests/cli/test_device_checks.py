@@ -95,3 +95,18 @@ def test_a_coin_cell_under_a_listening_radio_is_warned_of(
     status, _, err = netsim(monkeypatch, capsys, "check", str(folder / "scenario.yaml"))
     assert status == 0
     assert "warning: group a: CR2032 coin cell: good for 3 mA over longer times, but CC2420 draws 18.8 mA" in err
+
+
+@pytest.mark.parametrize(("noise_dbm", "warned"), [(-95.4, True), (-117.03, False)])
+def test_a_noise_that_makes_a_radio_deaf_is_warned_of(
+    noise_dbm: float, warned: bool, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = folder / "lora.yaml"
+    path.write_text(
+        "kind: scenario\nschema_version: 1\nname: lora\nmac: {type: aloha}\nnetwork: {type: one-hop}\n"
+        "nodes: [{name: a, placement: {type: grid, rows: 1, columns: 2, spacing_m: 90}, radio: sx1276, tx_power_dbm: 14}]\n"
+        f"medium: {{type: log-distance, noise_dbm: {noise_dbm}}}\nalgorithm: {{type: neighbour-traffic}}\n"
+    )
+    status, _, err = netsim(monkeypatch, capsys, "check", str(path))
+    assert status == 0
+    assert ("SX1276 is 22 dB deafer than its sensitivity of -126.5 dBm says; -117.0 dBm meets it" in err) == warned

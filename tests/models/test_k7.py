@@ -93,5 +93,8 @@ def test_the_grenoble_file(measured_data: Path) -> None:
     assert np.unique(k7.source).tolist() == list(range(50))
     assert np.unique(k7.channel).tolist() == list(range(11, 27))
     assert (k7.mean_rssi_dbm.min(), k7.mean_rssi_dbm.max()) == (-91.0, -26.39)
+    power_dbm = k7.power_dbm()  # its means are sums: nothing below the receivers' floor is left once that is put right
+    assert power_dbm.min() == pytest.approx(-91.0, abs=0.01)
+    assert np.mean(np.abs(power_dbm - np.round(power_dbm)) < 0.011) > 0.4
     assert set(k7.tx_count.tolist()) == {100}
     assert (k7.pdr == 1.0).mean() == pytest.approx(0.68583, abs=1e-5)

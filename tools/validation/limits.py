@@ -36,8 +36,16 @@ NOT_MODELLED = [
     ("readings of received power", "exact in the trace", "real radios report steps of 1 to 3 dB and nothing below a floor"),
     ("temperature, supply voltage", "currents, sensitivity and clocks are constant", "the energy of a failing battery is"
      " the energy of a fresh one"),
-    ("clock drift inside the MAC", "symbols, back-offs and slots are exact", "drift reaches what algorithms see, not the"
-     " radio's timers"),
+    ("clock drift inside the MAC", "symbols, back-offs and the wake interval of low-power listening are exact; TDMA's slots"
+     " and duty cycles follow the node's own clock", "at 40 ppm a back-off is off by under a microsecond"),
+    ("several spreading factors on one medium", "all LoRa radios of a medium have the same settings", "a gateway that hears"
+     " several at once cannot be simulated"),
+    ("adapting to the network at run time", "TDMA's slots are those of the links at the start", "nodes that move keep their"
+     " slots"),
+    ("self-discharge, voltage drop, ageing", "only in `netsim lifetime`, as a percentage", "long runs of weeks are"
+     " optimistic"),
+    ("a jammer's shadowing", "the medium's path loss alone, to the nodes' places at the start", "the jammed area is rounder"
+     " than a real one"),
     ("processing time of the radio driver", "none; turnaround and start-up only", "SPI transfers of real nodes cost about a"
      " millisecond and some energy"),
 ]  # fmt: skip

@@ -148,6 +148,7 @@ class JammerSchedule:
         clock: Simulated time.
         medium: What it disturbs.
         announcer: Tells the trace.
+        position_m: Where it stands.
         powers_mw: What arrives at each node it reaches.
         span: Between its first beginning and its last end.
         period_ns: (on, off) times that repeat; None for always on.
@@ -158,6 +159,7 @@ class JammerSchedule:
         clock: Clock,
         medium: Jammable,
         announcer: Announcer,
+        position_m: tuple[float, float],
         powers_mw: Mapping[int, float],
         span: Span,
         period_ns: tuple[int, int] | None,
@@ -168,7 +170,8 @@ class JammerSchedule:
         self._powers_mw = powers_mw
         self._span = span
         self._period_ns = period_ns
-        self._detail = f"jammer reaches {named(sorted(powers_mw))}" if powers_mw else "jammer reaches nobody"
+        reached = named(sorted(powers_mw)) if powers_mw else "nobody"
+        self._detail = f"jammer at ({position_m[0]:g}, {position_m[1]:g}) m reaches {reached}"
         _at(clock, span.from_ns, self._on)
 
     def _on(self) -> None:
