@@ -6,7 +6,7 @@ nodes. Received powers are whole zeptowatts (1e-18 mW): their sums are exact, in
 """
 
 import heapq
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Literal
 
@@ -26,13 +26,13 @@ from netsim.sim.air import (
     Link,
     Uniforms,
     UniformSource,
-    label_of,
 )
 from netsim.sim.clock import Clock
 from netsim.sim.frames import LinkFrame, Receptions, Transmission
 from netsim.sim.radio import Radio
 from netsim.sim.receivers import Receivers
-from netsim.sim.signals import ZW_PER_MW, Floats, Indices, Instant, Ints, Mask, Reach, reach_of, zeptowatts
+from netsim.sim.reception_times import ReceptionTimes
+from netsim.sim.signals import ZW_PER_MW, Floats, Indices, Instant, Mask, Reach, reach_of, zeptowatts
 from netsim.trace.events import BROADCAST, OUTCOME_CODE
 from netsim.units import mw_to_dbm
 
@@ -87,12 +87,11 @@ class SinrMedium:
         self._receivers = Receivers(noise)
         self._radios: list[Radio | None] = [None] * size
         self._uniforms: list[Uniforms | None] = [None] * size
-        self._follows = np.zeros(size, bool)
         self._listens_since_ns = np.full(size, NEVER, np.int64)
         self._deaf_outcome = np.full(size, ASLEEP, np.int64)
         self._began = Instant(size)
         self._ended: deque[tuple[int, Reach]] = deque(maxlen=RECENTLY_ENDED)
-        self._heard_ns: defaultdict[tuple[str, str], Ints] = defaultdict(lambda: np.zeros(size, np.int64))
+        self._times = ReceptionTimes(self._radios)
         self._on_air: dict[int, tuple[Transmission, Reach]] = {}
         self._ends: list[tuple[int, int]] = []
         self._jammers: dict[int, Reach] = {}
@@ -103,7 +102,7 @@ class SinrMedium:
         index = self._index[radio.node]
         self._radios[index] = radio
         self._uniforms[index] = Uniforms(generator)
-        self._follows[index] = radio.follows_receptions
+        self._times.join(index, radio)
         self._receivers.join(index, radio.device)
 
     def replace_links(self, source: int, links: Sequence[Link]) -> None:
@@ -221,11 +220,7 @@ class SinrMedium:
 
     def settle(self, node: int) -> None:
         """See `Medium.settle`."""
-        index = self._index[node]
-        for (label, kind), times_ns in self._heard_ns.items():
-            if times_ns[index]:
-                self._radio(index).heard(label, kind, int(times_ns[index]))
-                times_ns[index] = 0
+        self._times.settle(self._index[node])
 
     def _reach_now(self, source: int, now_ns: int) -> Reach:
         """Where a signal that begins now arrives: as at the start, unless something varies with time."""
@@ -241,11 +236,7 @@ class SinrMedium:
         """A receiver leaves the frame it is locked on: note why, and book the time it spent on it."""
         transmission, _ = self._on_air[int(self._receivers.locks.transmission[index])]
         _set_outcome(transmission, node, outcome)
-        label, kind = label_of(transmission, node), transmission.frame.kind
-        if self._follows[index]:
-            self._radio(index).reception_broken(label, kind)
-        else:
-            self._heard_ns[label, kind][index] += self._clock.now_ns - transmission.start_ns
+        self._times.broken(transmission, index, node, self._clock.now_ns)
 
     def _energy_dbm(self, index: int, since_ns: int, now_ns: int) -> float:
         """Power of noise and all signals that were on the air at a node since a time."""
@@ -348,8 +339,7 @@ class SinrMedium:
         locks.source[listeners] = self._index[transmission.frame.source]
         locks.sinr[listeners] = transmission.receptions.sinr[locks_on]
         self._receivers.lock(listeners, transmission.start_ns, reach.near_zw[locks_on])
-        for index in listeners[self._follows[listeners]].tolist():
-            self._radio(index).locked()
+        self._times.begun(listeners)
 
     def _signal_ends(self, transmission: Transmission) -> None:
         now_ns, receivers = transmission.end_ns, self._receivers
@@ -376,7 +366,7 @@ class SinrMedium:
                 outcome[~decoded] = self._receivers.causes_of_loss(listeners[~decoded], transmission.end_ns)
             heard.outcome[locked] = outcome
             self._strike(transmission, locked)
-        self._book(transmission, listeners, heard.node[locked])
+        self._times.ended(transmission, listeners, heard.node[locked])
 
     def _chances(self, transmission: Transmission, reach: Reach, locked: Mask) -> Floats:
         """Chance of each locked receiver to have decoded the frame; replayed where it was measured."""
@@ -402,19 +392,6 @@ class SinrMedium:
 
     def _draws(self, listeners: Indices) -> Floats:
         return np.array([uniforms.next() for index in listeners.tolist() if (uniforms := self._uniforms[index])])
-
-    def _book(self, transmission: Transmission, listeners: Indices, nodes: Ints) -> None:
-        """Book the time of a reception, at the radios themselves where they follow it."""
-        kind, time_ns = transmission.frame.kind, transmission.end_ns - transmission.start_ns
-        follows = self._follows[listeners]
-        for index, node in zip(listeners[follows].tolist(), nodes[follows].tolist(), strict=True):
-            self._radio(index).reception_ended(label_of(transmission, node), kind)
-        quiet, quiet_nodes = listeners[~follows], nodes[~follows]
-        destination = transmission.frame.destination
-        mine = (quiet_nodes == destination) | (destination == BROADCAST)
-        if mine.any():
-            self._heard_ns[label_of(transmission, int(quiet_nodes[mine][0])), kind][quiet[mine]] += time_ns
-        self._heard_ns["overhear", kind][quiet[~mine]] += time_ns
 
 
 def _set_outcome(transmission: Transmission, node: int, outcome: int) -> None:
