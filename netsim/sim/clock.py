@@ -14,7 +14,7 @@ Action = Callable[[Any], None]
 """A callback; its one argument is to be ignored."""
 
 
-FIRST, LAST = 0, 2
+END, FIRST, SETTLED, LAST = -1, 0, 2, 3
 """Ranks among the events of one instant; ordinary events have rank 1 (`simpy.events.NORMAL`)."""
 
 
@@ -51,6 +51,18 @@ class Clock:
     def call_first(self, delay_ns: int, action: Action) -> None:
         """As `call_after`, before everything else of that instant (that was not asked for within it)."""
         _Ranked(self.environment, FIRST, delay_ns, action)
+
+    def call_settled(self, delay_ns: int, action: Action) -> None:
+        """As `call_after`, after all ordinary events of that instant and before the last.
+
+        Then all that is simultaneous is known, and can be put in an order that does not depend on who came first.
+        """
+        _Ranked(self.environment, SETTLED, delay_ns, action)
+
+    def run_out(self, time_ns: int) -> None:
+        """Let time pass to the end of a run, at which nothing happens any more; nothing must be due earlier."""
+        _Ranked(self.environment, END, time_ns - self.now_ns, lambda _: None)
+        self.environment.step()
 
     def call_last(self, delay_ns: int, action: Action) -> None:
         """As `call_after`, after everything else of that instant, and after what that leads to at once."""

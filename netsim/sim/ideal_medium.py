@@ -49,7 +49,7 @@ class IdealMedium:
     """Delay and an independent chance of loss on each link, nothing else: no interference, half duplex or deaf receiver.
 
     A sleeping or dead node still hears nothing. Where receptions overlap at a listener, its receive time is booked
-    once.
+    once. What is simultaneous is put in the order of the senders, whoever was handled first.
 
     Args:
         clock: Simulated time.
@@ -78,6 +78,8 @@ class IdealMedium:
         self._listeners: dict[int, Listener] = {}
         self._under_way = 0
         self._on_air: dict[int, Ways] = {}
+        self._began: list[Transmission] = []
+        self._due: dict[int, list[Transmission]] = {}
         self.faults: FrameFaults | None = None
 
     def join(self, radio: Radio, generator: UniformSource) -> None:
@@ -112,11 +114,9 @@ class IdealMedium:
         heard = Receptions(ways.nodes, undecided, ways.power_dbm, clean)
         transmission = Transmission(self._log.next_id(), frame, now_ns, now_ns + airtime_ns, radio.tx_power_dbm, heard)
         self._on_air[transmission.id] = ways
-        for node in ways.nodes.tolist():
-            listener = self._listeners[node]
-            if listener.lock is None and listener.radio.is_listening:
-                listener.lock = transmission
-                listener.radio.locked()
+        if not self._began:
+            self._clock.call_settled(0, self._lock)
+        self._began.append(transmission)
         self._under_way += 1
         self._clock.call_after(airtime_ns, lambda _: self._end(transmission))
         return transmission
@@ -128,7 +128,7 @@ class IdealMedium:
         transmission.truncated = True
         transmission.end_ns = self._clock.now_ns
         self._release(transmission)
-        self._decide(transmission)
+        self._decide_in(0, transmission)
 
     def listening(self, node: int, since_ns: int) -> None:
         """See `Medium.listening`; the ideal medium asks the radio."""
@@ -145,7 +145,34 @@ class IdealMedium:
             return
         self._release(transmission)
         self._listeners[transmission.frame.source].radio.transmission_ended(transmission)
-        self._clock.call_after(self._delay_ns, lambda _: self._decide(transmission))
+        self._decide_in(self._delay_ns, transmission)
+
+    def _lock(self, _: object) -> None:
+        """Let idle receivers book their time for a frame that began now: the strongest, then the lowest sender's."""
+        began, self._began = self._began, []
+        offers: dict[int, list[tuple[float, int, Transmission]]] = {}
+        for transmission in began:
+            heard = transmission.receptions
+            for node, power_dbm in zip(heard.node.tolist(), heard.power_dbm.tolist(), strict=True):
+                offers.setdefault(node, []).append((-power_dbm, transmission.frame.source, transmission))
+        for node, offered in sorted(offers.items()):
+            listener = self._listeners[node]
+            if listener.lock is None and listener.radio.is_listening:
+                listener.lock = min(offered, key=lambda offer: offer[:2])[2]
+                listener.radio.locked()
+
+    def _decide_in(self, delay_ns: int, transmission: Transmission) -> None:
+        """Decide about a frame after a delay, together with what else arrives then, in the order of the senders."""
+        at_ns = self._clock.now_ns + delay_ns
+        if at_ns not in self._due:
+            self._due[at_ns] = []
+            self._clock.call_settled(delay_ns, self._decide_due)
+        self._due[at_ns].append(transmission)
+
+    def _decide_due(self, _: object) -> None:
+        due = self._due.pop(self._clock.now_ns)
+        for transmission in sorted(due, key=lambda each: (each.frame.source, each.start_ns)):
+            self._decide(transmission)
 
     def _release(self, transmission: Transmission) -> None:
         for node in transmission.receptions.node.tolist():

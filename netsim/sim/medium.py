@@ -205,6 +205,10 @@ class SinrMedium:
 
     def stopped_listening(self, node: int, outcome: str) -> None:
         """See `Medium.stopped_listening`. What begins at this very instant meets a deaf receiver, whatever it met first."""
+        if (
+            outcome != "dead"
+        ):  # what ended just now was heard to its end; a node that goes down comes first in its instant
+            self._retire(self._clock.now_ns)
         index, locks = self._index[node], self._receivers.locks
         self._listens_since_ns[index] = NEVER
         self._deaf_outcome[index] = OUTCOME_CODE[outcome]

@@ -153,7 +153,7 @@ class Simulation:
         looked_ns, still_since_step = -1, 0
         while not self._is_over():
             if environment.peek() >= self.horizon_ns:
-                environment.run(until=self.horizon_ns)
+                self._clock.run_out(self.horizon_ns)
                 break
             environment.step()
             step += 1
