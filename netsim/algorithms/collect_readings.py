@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Le
 
-from netsim.api import NodeHandle, Op
+from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.codec import FloatWidth, encode_floats
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
 from netsim.trace.events import AlgorithmRecord
@@ -18,7 +18,8 @@ class CollectReadingsParameters:
     """Each node but the sinks, once a period at its own random phase, senses and sends what it read to a sink.
 
     Every node ends at the same time, whatever became of its messages, and records how many readings it sent and how many
-    its link layer gave up; a sink records how many came from how many nodes.
+    its link layer gave up; a sink records how many came from how many nodes. A reading for which the node's energy allowance
+    does not suffice is left out, and so are those of periods in which the node was down.
     """
 
     type: Literal["collect-readings"] = "collect-readings"
@@ -57,8 +58,13 @@ class CollectReadings:
         phase_ns = s_to_ns(parameters.start_s) + int(node.rng("phase").random() * period_ns)
         tickets = []
         for number in range(parameters.rounds):
+            if node.now_ns >= phase_ns + (number + 1) * period_ns:
+                continue  # the node was down in that period
             yield from node.pause_until(phase_ns + number * period_ns)
-            observation = yield from node.sense()
+            try:
+                observation = yield from node.sense()
+            except NoEnergyError:
+                continue
             payload = encode_floats(observation.values.ravel(), parameters.payload) + bytes(parameters.padding_byte)
             tickets.append(node.send_to_sink(READING, payload))
         yield from node.pause_until(end_ns)

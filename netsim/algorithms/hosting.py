@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from netsim.api import NodeHandle, Op
+from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.codec import FloatWidth, decode_floats, encode_floats
 from netsim.errors import AlgorithmError
 from netsim.kernels.association_model import AssociationKnowledge
@@ -71,9 +71,15 @@ def _measure(
     attempts: int,
     manner: Manner,
 ) -> Op[tuple[FloatArray, Mapping[int, FloatArray]]]:
-    """Sense, tell the partners, hear theirs. What is used here is what is sent: both ends must compute with the same."""
-    observation = yield from node.sense()
-    payload = encode_floats(observation.values.ravel(), width)
+    """Sense, tell the partners, hear theirs. What is used here is what is sent: both ends must compute with the same.
+
+    A node whose energy allowance refuses the reading goes on as if it had measured nothing.
+    """
+    try:
+        observation = yield from node.sense()
+        payload = encode_floats(observation.values.ravel(), width)
+    except NoEnergyError:
+        payload = b""
     nodes = {knowledge.sensor_nodes[sensor]: sensor for sensor in knowledge.partners}
     heard = yield from exchange(node, OBSERVATIONS, payload, sorted(nodes), deadline_ns, attempts, manner)
     others = {sensor: np.empty((0, 2)) for sensor in knowledge.partners}

@@ -25,7 +25,7 @@ from netsim.algorithms.message_passing_parameters import (
     rule_of,
     tolerance_of,
 )
-from netsim.api import Message, NodeHandle, Op, Ticket
+from netsim.api import Message, NodeHandle, NoEnergyError, Op, Ticket
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
 from netsim.kernels.factor_vertices import FactorVertex
@@ -129,14 +129,14 @@ class MessagePassing:
     def _rounds(self, node: NodeHandle, hosted: Hosted, start_ns: int) -> Op[None]:
         """Synchronous rounds; round 0 sends the start messages."""
         round_ns = s_to_ns(self._parameters.round_s)
-        for number in range(self._parameters.rounds + 1):
+        begun = (node.now_ns - start_ns) // round_ns  # above 0 for a node that was down and comes back among the others
+        for number in [0, *range(max(1, begun), self._parameters.rounds + 1)]:
             yield from node.pause_until(start_ns + number * round_ns)
             late_ns = node.now_ns - (start_ns + number * round_ns)
             yield from self._collect(node, hosted, number)
-            outputs = self._outputs(node, hosted, number)
             if number > 0:
                 self._report(node, hosted, number - 1)
-                yield from node.compute(hosted.operations)
+            outputs = yield from self._computed(node, hosted, number)
             yield from self._send(node, hosted, number, outputs, late_ns)
         yield from node.pause_until(start_ns + (self._parameters.rounds + 1) * round_ns)
         yield from self._collect(node, hosted, self._parameters.rounds + 1)
@@ -144,7 +144,7 @@ class MessagePassing:
     def _whenever(self, node: NodeHandle, hosted: Hosted, start_ns: int) -> Op[None]:
         """Asynchronous: compute when something has arrived, until the time is over."""
         end_ns = start_ns + (self._parameters.rounds + 1) * s_to_ns(self._parameters.round_s)
-        yield from self._send(node, hosted, 0, self._outputs(node, hosted, 0), 0)
+        yield from self._send(node, hosted, 0, (yield from self._computed(node, hosted, 0)), 0)
         number = 0
         news = True
         while node.now_ns < end_ns:
@@ -156,15 +156,21 @@ class MessagePassing:
             yield from node.pause(s_to_ns(self._parameters.hold_s))
             yield from self._collect(node, hosted, None)
             number += 1
-            outputs = self._outputs(node, hosted, number)
-            yield from node.compute(hosted.operations)
+            outputs = yield from self._computed(node, hosted, number)
             news = yield from self._send(node, hosted, number, outputs, 0)
 
-    def _outputs(self, node: NodeHandle, hosted: Hosted, number: int) -> dict[int, RoundOutput]:
-        """What each hosted vertex sends in a round, from what was received before it."""
+    def _computed(self, node: NodeHandle, hosted: Hosted, number: int) -> Op[dict[int, RoundOutput]]:
+        """What each hosted vertex sends in a round, from what was received before it, after the time that takes to compute.
+
+        Nothing, if the node's energy allowance refuses the computation.
+        """
         if number == 0:
             return {vertex: sender.start() for vertex, sender in hosted.senders.items()}
         tolerance = tolerance_of(self._parameters, node.budget.is_short)
+        try:
+            yield from node.compute(hosted.operations)
+        except NoEnergyError:
+            return {}
         return {
             vertex: sender.step(hosted.incoming[vertex], self._semiring, tolerance)
             for vertex, sender in hosted.senders.items()

@@ -38,6 +38,8 @@ class NeighbourTraffic:
         period_ns = s_to_ns(parameters.period_s)
         phase_ns = int(node.rng("phase").random() * period_ns)
         for burst in range(parameters.rounds):
+            if node.now_ns >= (burst + 1) * period_ns + phase_ns:
+                continue  # the node was down in that period
             yield from node.pause_until(burst * period_ns + phase_ns)
             nearest = sorted(node.neighbours, key=lambda neighbour: (neighbour.distance_m, neighbour.id))
             for neighbour in sorted(neighbour.id for neighbour in nearest[: parameters.neighbours]):

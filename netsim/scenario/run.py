@@ -146,8 +146,11 @@ def _simulate(simulation: Simulation, progress: Progress | None) -> bool:
         stopped = progress is not None and not progress(now_ns, simulation.horizon_ns)
         return not stopped
 
-    simulation.run(look)
-    simulation.conclude()
+    try:
+        simulation.run(look)
+        simulation.conclude()
+    finally:
+        simulation.abandon()
     return stopped
 
 

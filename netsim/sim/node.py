@@ -1,6 +1,7 @@
 """One sensor node as the simulation sees it: its devices, its network stack, the life of its algorithm."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -176,6 +177,13 @@ class Node:
         self._clock.process(self._main.body())
         for service in self._services:
             self.spawn(service(handle))
+
+    def abandon(self) -> None:
+        """The run is over: end every process of this node here, not when Python collects it."""
+        self._is_over = True
+        for task in [*self._tasks, *([self._main] if self._main is not None else [])]:
+            with suppress(Exception):  # raised by the user's code while it is ended; nobody is left to hear of it
+                task.cancel()
 
     def _shut_down(self, reason: str) -> None:
         self._end(None)

@@ -121,7 +121,12 @@ class Simulation:
         self._record_samples()
         self._record_harvest()
         self._recorder.record(self._ledger())
+
+    def abandon(self) -> None:
+        """End what still runs, unrecorded: the run is over, whatever its algorithms do while they are cleaned up."""
         self._recorder.close()
+        for member in self._members.values():
+            member.node.abandon()
 
     def _record_harvest(self) -> None:
         batteries = {number: member.node.parts.battery for number, member in self._members.items()}

@@ -184,6 +184,7 @@ class _Bench:
         run.energy_j = {number: node.parts.battery.used_j for number, node in nodes.items()}
         run.failures = {number: node.failure for number, node in nodes.items() if node.failure is not None}
         run.unfinished = tuple(number for number, node in nodes.items() if node.is_running)
+        self._simulation.abandon()
 
     def _identity(self, node: int, knowledge: Any, observe: Callable[[int], ArrayLike] | None) -> Identity:
         near = self._neighbours.get(node, ())
