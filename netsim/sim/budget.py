@@ -25,7 +25,7 @@ from netsim.units import NS_PER_S, s_to_ns
 
 S_PER_HOUR: Final = 3600
 MOST_HELD: Final = 64
-"""Packets that wait at a node with an allowance, for their turn or for it to be replenished; more are dropped as `queue_full`."""
+"""Packets that wait at a node with an allowance, for their turn or until it is replenished; more are `queue_full`."""
 
 Policy = Literal["refuse", "sleep", "warn"]
 

@@ -31,6 +31,16 @@ class ManyInATask:
             yield from Many().run(node)
 
 
+class Stamped:
+    """Node 0 sends stamped messages while it may send nothing."""
+
+    def run(self, node):
+        while not node.budget.is_short:
+            yield from node.pause(10**7)
+        for _ in range(5):
+            node.broadcast_stamped("time", bytes(8))
+
+
 def burst(folder, mac, budget="", algorithm="Many"):
     more = f"    budget: {budget}" if budget else ""
     return small(
@@ -78,3 +88,9 @@ def test_what_waited_goes_out_when_it_is_replenished_whatever_the_order(tmp_path
     frames = {e.message_id for _, e in events if isinstance(e, Frame) and e.kind == "burst"}
     assert (len(frames) == 50) == (policy == "sleep")
     assert by_instant(run(loaded, Shuffled(1))[0]) == by_instant(events)
+
+
+def test_a_stamped_message_that_is_refused_at_once_is_forgotten(tmp_path):
+    budget = "{allowance_j: 0.008, per: run, policy: refuse}"
+    _, simulation = run(burst(tmp_path, "csma", budget, algorithm="Stamped"))
+    assert simulation.nodes[0].parts.stamps._sent == set()
