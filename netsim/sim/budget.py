@@ -5,6 +5,7 @@ Allowances count what the whole node draws (see `netsim.sim.allowance`); here is
 
 import math
 from collections import deque
+from dataclasses import replace
 from types import TracebackType
 from typing import Annotated, Final, Literal
 
@@ -24,7 +25,7 @@ from netsim.units import NS_PER_S, s_to_ns
 
 S_PER_HOUR: Final = 3600
 MOST_HELD: Final = 64
-"""Packets that wait at a node for its allowance to be replenished; more are dropped as `queue_full`."""
+"""Packets that wait at a node with an allowance, for their turn or until it is replenished; more are `queue_full`."""
 
 Policy = Literal["refuse", "sleep", "warn"]
 
@@ -41,7 +42,8 @@ class BudgetParameters:
     policy: Policy = "refuse"
     """`refuse`: nothing is sent (`no_energy`; forwarding too, acknowledgements excepted), sensed or computed; `sleep`: the
     radio powers down, and what is to be sent, sensed or computed waits until the allowance is replenished; `warn`: it is
-    only noted, in the trace and for the algorithm."""
+    only noted, in the trace and for the algorithm. Under `refuse` and `sleep` the MAC gets one packet at a time, and
+    finishes that: at most one exchange with its retries (under low-power listening, its trains) exceeds the allowance."""
 
     @property
     def period_ns(self) -> int | None:
@@ -129,6 +131,7 @@ class NodeBudget:
         self._recorder = recorder
         self._tasks: list[EnergyTask] = []
         self._held: deque[LinkJob] = deque()
+        self._is_sending = False  # the MAC has a packet of which the end is awaited here
         self._waiters: list[SimEvent] = []
         self._began_ns = local.counter_ns
         self._period = 0
@@ -163,7 +166,7 @@ class NodeBudget:
 
     @property
     def held(self) -> int:
-        """Packets that wait for the allowance to be replenished."""
+        """Packets that wait here, for their turn or for the allowance to be replenished."""
         return len(self._held)
 
     def task(self, name: str, allowance_j: float | None, policy: Policy) -> EnergyTask:
@@ -173,7 +176,7 @@ class NodeBudget:
     def open(self, task: EnergyTask, allowance_j: float | None) -> Allowance:
         """A task begins."""
         self._tasks.append(task)
-        return Allowance(self._clock, self._draw, allowance_j, lambda: self._note("short", task, task.policy))
+        return Allowance(self._clock, self._draw, allowance_j, lambda: self._task_used_up(task))
 
     def close(self, task: EnergyTask) -> None:
         """A task has ended."""
@@ -184,8 +187,8 @@ class NodeBudget:
         """See `Mac.submit`: every packet of the node goes through here."""
         if self.refuses("send"):
             job.done(Delivery(acknowledged=False, reason="no_energy", attempts=0))
-        elif not self._sleeps:
-            self._mac.submit(job)
+        elif not self._sleeps and not self._held and not (self._limits and self._is_sending):
+            self._pass_on(job)
         elif len(self._held) < MOST_HELD:
             self._held.append(job)
         else:
@@ -212,6 +215,7 @@ class NodeBudget:
     def restart(self) -> None:
         """The node is up again after a crash, its radio listening; what it drew before still counts."""
         self._is_down = False
+        self._is_sending = False
         self._switch.restart()
         if self._sleeps:
             self._switch.hold()
@@ -219,9 +223,45 @@ class NodeBudget:
     def give_up(self, reason: str) -> None:
         """The node is down: end what waits to be sent."""
         self._is_down = True
+        self._switch.stop()
         held, self._held = self._held, deque()
         for job in held:
             job.done(Delivery(acknowledged=False, reason=reason, attempts=0))
+
+    @property
+    def _limits(self) -> bool:
+        """Whether what is sent may have to stop: then the MAC gets one packet at a time."""
+        own = self._policy != "warn"
+        return own or any(task.policy == "refuse" and task.allowance_j < math.inf for task in self._tasks)
+
+    def _pass_on(self, job: LinkJob) -> None:
+        """Give the MAC a packet; one that is limited brings on the next when it is done."""
+        if not self._limits and not self._held:
+            self._mac.submit(job)
+            return
+
+        def done(delivery: Delivery) -> None:
+            self._is_sending = False
+            job.done(delivery)
+            self._proceed()
+
+        self._is_sending = True
+        self._mac.submit(replace(job, done=done))
+
+    def _proceed(self) -> None:
+        """Go on with what waits, as far as the allowances let it."""
+        while self._held and not (self._is_sending or self._sleeps or self._is_down):
+            job = self._held.popleft()
+            if self.refuses("send"):
+                job.done(Delivery(acknowledged=False, reason="no_energy", attempts=0))
+            else:
+                self._pass_on(job)
+
+    def _refuse_waiting(self) -> None:
+        """An allowance is used up: what waits is refused at once."""
+        waiting, self._held = self._held, deque()
+        for job in waiting:
+            self.submit(job)
 
     @property
     def _sleeps(self) -> bool:
@@ -251,6 +291,13 @@ class NodeBudget:
         self._note("short", None, self._policy)
         if self._policy == "sleep":
             self._switch.hold()
+        elif self._policy == "refuse":
+            self._refuse_waiting()
+
+    def _task_used_up(self, task: EnergyTask) -> None:
+        self._note("short", task, task.policy)
+        if task.policy == "refuse":
+            self._refuse_waiting()
 
     def _next_true_ns(self, period_ns: int) -> int:
         return self._local.counter_true_ns(self._began_ns + (self._period + 1) * period_ns)
@@ -272,9 +319,7 @@ class NodeBudget:
     def _release(self) -> None:
         if self._policy == "sleep":
             self._switch.release()
-        held, self._held = self._held, deque()
-        for job in held:
-            self._mac.submit(job)
+        self._proceed()
         waiters, self._waiters = self._waiters, []
         for event in waiters:
             event.succeed()

@@ -1,7 +1,6 @@
 """The duty cycle of a node: its radio listens for a part of each period, by the node's own clock."""
 
-from collections.abc import Generator
-from typing import Any, Literal
+from typing import Literal
 
 from netsim.parameters import Positive, parameters
 from netsim.sim.clock import Clock
@@ -52,18 +51,47 @@ class DutyCycle:
         self._period_ns = s_to_ns(parameters.period_s)
         self._on_ns = s_to_ns(parameters.on_s)
         self._phase_ns = int(phase * self._period_ns)
-        clock.process(self._run())
+        self._clock = clock
+        self._turn = self._present_turn
+        switch.on_restart = self._resume
+        clock.call_last(0, lambda _: self._resume())
+        self._await_sleep()
 
-    def _run(self) -> Generator[Any, Any, None]:
-        period = self._present_period
-        while True:
-            begin_ns = self._phase_ns + period * self._period_ns
-            yield from self._local.wait_until(begin_ns)
-            self._switch.wake()
-            yield from self._local.wait_until(begin_ns + self._on_ns)
+    def _resume(self) -> None:
+        """Sleep if the cycle does so at present: at the start, and after a crash."""
+        begin_ns = self._phase_ns + self._present_turn * self._period_ns
+        if self._local.now_ns >= begin_ns + self._on_ns:
             self._switch.sleep()
-            period = max(period + 1, self._present_period)  # if the clock was set forward, some are left out
+
+    # What a node does at an edge finds its radio awake: it wakes before everything else, and sleeps after it.
+
+    def _await_wake(self) -> None:
+        self._local.call_at(self._phase_ns + self._turn * self._period_ns, self._clock.call_first, self._wake)
+
+    def _await_sleep(self) -> None:
+        if self._local.now_ns >= self._end_ns:
+            self._go_on()
+        else:
+            self._local.call_at(self._end_ns, self._clock.call_last, self._sleep)
+
+    def _wake(self) -> None:
+        if self._local.now_ns < self._end_ns:  # unless the clock was set forward beyond it
+            self._switch.wake()
+        self._await_sleep()
+
+    def _sleep(self) -> None:
+        self._switch.sleep()
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """To the next period; if the clock was set forward, some are left out."""
+        self._turn = max(self._turn + 1, self._present_turn)
+        self._await_wake()
 
     @property
-    def _present_period(self) -> int:
+    def _end_ns(self) -> int:
+        return self._phase_ns + self._turn * self._period_ns + self._on_ns
+
+    @property
+    def _present_turn(self) -> int:
         return (self._local.now_ns - self._phase_ns) // self._period_ns

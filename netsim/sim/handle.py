@@ -137,6 +137,8 @@ class Handle:
             raise AlgorithmError(message)
         stamps = self._node.parts.stamps
         ticket = self._send(BROADCAST, kind, stamps.fill(payload), ())
+        if ticket.is_done:  # refused at once
+            return ticket
         stamps.expect(ticket.message_id)
         ticket.on_done = lambda: stamps.forget(ticket.message_id)
         return ticket

@@ -15,7 +15,7 @@ from simpy.events import Event as SimEvent
 
 from netsim.api import Op
 from netsim.parameters import NonNegative, parameters
-from netsim.sim.clock import Clock
+from netsim.sim.clock import Action, Clock
 from netsim.units import s_to_ns
 
 PPT_PER_PPM: Final = 10**6
@@ -86,6 +86,7 @@ class LocalClock:
         self._is_true = offset_ns == 0 and drift_ppt == 0
         self.drifts = not self._is_true
         self._alarms: dict[SimEvent, int] = {}
+        self._calls: dict[SimEvent, tuple[Callable[[int, Action], None], Callable[[], None]]] = {}
 
     @property
     def now_ns(self) -> int:
@@ -144,6 +145,19 @@ class LocalClock:
             finally:
                 self._alarms.pop(alarm, None)
 
+    def call_at(self, local_ns: int, call: Callable[[int, Action], None], action: Callable[[], None]) -> None:
+        """Call `action` at the instant at which the clock shows `local_ns`, also if it is adjusted meanwhile.
+
+        Args:
+            local_ns: When.
+            call: `Clock.call_first` or another of its kind, for the rank among the events of that instant.
+            action: What to do.
+        """
+        alarm = self._clock.event()
+        self._alarms[alarm] = local_ns
+        self._calls[alarm] = call, action
+        self._arm(alarm)
+
     def adjust(self, step_ns: int, rate_ppb: int) -> None:
         """Set the clock: add `step_ns` to what it shows, and let it gain `rate_ppb` on the counter from now on.
 
@@ -160,13 +174,17 @@ class LocalClock:
         return self.counter_at(true_ns) + self._stamp_error_ns(true_ns)
 
     def _arm(self, alarm: SimEvent) -> None:
-        self._clock.call_after(self.delay_until(self._alarms[alarm]), lambda _: self._ring(alarm))
+        call = self._calls[alarm][0] if alarm in self._calls else self._clock.call_after
+        call(self.delay_until(self._alarms[alarm]), lambda _: self._ring(alarm))
 
     def _ring(self, alarm: SimEvent) -> None:
         """Wake who waits, unless an adjustment has made it too early or somebody was quicker."""
         if alarm in self._alarms and self.now_ns >= self._alarms[alarm]:
             del self._alarms[alarm]
-            alarm.succeed()
+            if alarm in self._calls:
+                self._calls.pop(alarm)[1]()
+            else:
+                alarm.succeed()
 
 
 def drawn_clock(clock: Clock, parameters: ClockParameters | None, generator: np.random.Generator) -> LocalClock:

@@ -185,7 +185,7 @@ class Radio:
         self._enter("listen", self.device.listen_mw, "listen")
 
     def sleep(self) -> None:
-        """Turn the receiver off. Only from listen or receive; the MAC sees to that."""
+        """Turn the receiver off. Only from listen, receive or idle; the MAC sees to that."""
         self._turn_away("asleep")
         self._enter("sleep", self.device.power_down_mw, "sleep")
 

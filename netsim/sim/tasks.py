@@ -78,16 +78,19 @@ class SentMessage:
 
     Attributes:
         message_id: Number of the message in the trace.
-        on_done: Called when the link layer has finished with it.
+        is_done: Whether the link layer has finished with it.
+        on_done: Called when that happens.
     """
 
     def __init__(self, clock: Clock) -> None:
         self._delivery: Waiting[Delivery] = Waiting(clock)
         self.message_id = 0
+        self.is_done = False
         self.on_done: Callable[[], None] = lambda: None
 
     def done(self, delivery: Delivery) -> None:
         """The link layer has finished with the message."""
+        self.is_done = True
         self._delivery.set(delivery)
         self.on_done()
 

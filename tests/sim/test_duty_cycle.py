@@ -1,10 +1,15 @@
 """A duty cycle listens when it should, by the node's own clock, and costs what the data sheet says."""
 
+from itertools import pairwise
+
 import pytest
 from scenarios_for_tests import Shuffled, run, small
 from test_order import by_instant
 
 from netsim.errors import ScenarioError
+from netsim.sim.clock import Clock
+from netsim.sim.duty_cycle import DutyCycle, DutyCycleParameters
+from netsim.sim.local_clock import LocalClock
 from netsim.sim.radio_switch import RadioSwitch
 from netsim.trace.events import MessageDelivered, RadioState
 
@@ -16,6 +21,11 @@ LISTEN, SLEEP, SWITCH = 2, 1, 5
 class Idle:
     def run(self, node):
         yield from node.pause_until(10 * S)
+
+
+class Patient:
+    def run(self, node):
+        yield from node.pause_until(200 * S)
 
 
 class Wakeful:
@@ -140,3 +150,54 @@ def test_a_held_switch_wakes_for_nobody_until_it_is_released():
     switch.sleep()
     switch.release()
     assert calls == ["sleep", "sleep", "wake", "sleep", "sleep"]
+
+
+class AtTheEdges:
+    """Speaks at the start and whenever its radio is about to wake or to sleep."""
+
+    def run(self, node):
+        for turn in range(4):
+            node.broadcast("edge", bytes(20))
+            yield from node.pause_until(turn * S + 100 * MS)
+            node.broadcast("edge", bytes(20))
+            yield from node.pause_until((turn + 1) * S)
+
+
+@pytest.mark.parametrize("phase", ["random", "aligned"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_is_sent_at_an_edge_does_not_rest_on_order(tmp_path, phase, seed):
+    more = f"    duty_cycle: {{period_s: 1, on_s: 0.1, phase: {phase}}}"
+    loaded = cycled(tmp_path, "AtTheEdges", more=more, duration_s=5)
+    assert by_instant(run(loaded, Shuffled(seed))[0]) == by_instant(run(loaded)[0])
+
+
+@pytest.mark.parametrize(
+    ("crash_s", "reboot_s", "expected"), [(2.1, 2.5, [(2.5, "sleep"), (3.0, "wake")]), (2.35, 3.1, [(3.3, "sleep")])]
+)
+def test_after_a_crash_the_cycle_is_where_it_would_have_been(crash_s, reboot_s, expected):
+    clock, calls = Clock(), []
+
+    class Mac:
+        def sleep(self):
+            calls.append((clock.now_ns / S, "sleep"))
+
+        def wake(self):
+            calls.append((clock.now_ns / S, "wake"))
+
+    switch = RadioSwitch(Mac())
+    DutyCycle(clock, LocalClock(clock), switch, DutyCycleParameters(period_s=1, on_s=0.3), 0.0)
+    clock.call_after(round(crash_s * S), lambda _: switch.stop())
+    clock.call_after(round(reboot_s * S), lambda _: switch.restart())
+    clock.environment.run(until=round(3.5 * S))
+    late = [call for call in calls if call[0] > crash_s]
+    assert late[: len(expected)] == expected
+
+
+def test_low_power_listening_goes_on_whenever_in_a_check_it_was_put_to_sleep(tmp_path):
+    """The cycle's end falls into every part of a check: nobody is left idle and deaf."""
+    more = "    duty_cycle: {period_s: 0.97, on_s: 0.5}"
+    events, _ = run(cycled(tmp_path, "Patient", more=more, mac="{type: lpl}", duration_s=200))
+    for node in range(9):
+        entries = states(events, node)
+        assert max(end - begin for (begin, state), (end, _) in pairwise(entries) if state != SLEEP) < S
+        assert entries[-1][0] > 190 * S

@@ -80,6 +80,10 @@ class AlohaMac(QueuedMac):
         self._incoming.forget()
         self._is_due = False
 
+    @property
+    def _attempts_made(self) -> int:
+        return self._outgoing.attempt
+
     def _begin(self, job: LinkJob) -> None:
         self._outgoing.begin()
         self._send_within(self._parameters.initial_delay_s)

@@ -117,6 +117,10 @@ class CsmaMac(QueuedMac):
         self._timer.cancel()
         self._incoming.forget()
 
+    @property
+    def _attempts_made(self) -> int:
+        return self._outgoing.attempt
+
     def _begin(self, job: LinkJob) -> None:
         self._outgoing.begin()
         self._contend()

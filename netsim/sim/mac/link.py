@@ -120,10 +120,12 @@ class QueuedMac(ABC):
 
     def give_up(self, reason: str) -> None:
         """See `Mac.give_up`."""
-        jobs = [*([] if self._job is None else [self._job]), *self._waiting]
-        self._job = None
+        under_way, self._job = self._job, None
+        waiting = list(self._waiting)
         self._waiting.clear()
-        for job in jobs:
+        if under_way is not None:
+            under_way.done(Delivery(acknowledged=False, reason=reason, attempts=self._attempts_made))
+        for job in waiting:
             job.done(Delivery(acknowledged=False, reason=reason, attempts=0))
 
     def stop(self) -> None:
@@ -143,6 +145,11 @@ class QueuedMac(ABC):
     @abstractmethod
     def _on_transmitted(self, frame: LinkFrame) -> None:
         """See `Radio.on_transmitted`."""
+
+    @property
+    def _attempts_made(self) -> int:
+        """Transmissions of the job under way so far."""
+        return 0
 
     def _on_ready(self) -> None:
         """See `Radio.on_ready`."""

@@ -115,6 +115,10 @@ class LplMac(QueuedMac):
 
     # --- sending ----------------------------------------------------------------------------------------------------
 
+    @property
+    def _attempts_made(self) -> int:
+        return self._outgoing.attempt + (self._phase in (TRAIN, DATA))
+
     def _begin(self, job: LinkJob) -> None:
         self._outgoing.begin()
         self._backoffs = 0

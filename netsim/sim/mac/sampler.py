@@ -62,12 +62,14 @@ class Sampler:
     def stop(self) -> None:
         """Check no more."""
         self._checks.cancel()
-        self.release()
+        self._let_go()
 
     def release(self) -> None:
-        """Give up what it keeps the radio for."""
-        self._timer.cancel()
-        self._state = REST
+        """Give up what it keeps the radio for; between two samples nobody else would put it to sleep."""
+        is_between = self._state == SAMPLE and self._radio.state == "idle"
+        self._let_go()
+        if is_between:
+            self._radio.sleep()
 
     def ready(self) -> bool:
         """The radio is on; returns whether it was for a sample."""
@@ -79,7 +81,7 @@ class Sampler:
     def yield_radio(self) -> None:
         """The node is about to send: a check under way is left out."""
         if self._state == SAMPLE:
-            self.release()
+            self._let_go()
 
     def hold(self) -> None:
         """Something came: more may follow."""
@@ -130,5 +132,9 @@ class Sampler:
             self._let_rest()
 
     def _let_rest(self) -> None:
-        self.release()
+        self._let_go()
         self._on_rest()
+
+    def _let_go(self) -> None:
+        self._timer.cancel()
+        self._state = REST

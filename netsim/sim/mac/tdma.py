@@ -186,6 +186,10 @@ class TdmaMac(QueuedMac):
 
     # --- its own slot -----------------------------------------------------------------------------------------------
 
+    @property
+    def _attempts_made(self) -> int:
+        return self._outgoing.attempt
+
     def _begin(self, job: LinkJob) -> None:
         self._outgoing.begin()
         self._await_slot()
