@@ -15,11 +15,6 @@ def s_to_ns(time_s: float) -> int:
     return round(time_s * NS_PER_S)
 
 
-def ns_to_s(time_ns: int) -> float:
-    """Nanoseconds to seconds."""
-    return time_ns / NS_PER_S
-
-
 def dbm_to_mw(power_dbm: float) -> float:
     """Decibel-milliwatts to milliwatts; -inf dBm is 0 mW."""
     return float(10.0 ** (power_dbm / 10.0))

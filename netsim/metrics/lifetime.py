@@ -88,16 +88,20 @@ def lifetimes(uses: Sequence[NodeUse], plan: DutyPlan, activity_s: NonNegative) 
         most = S_PER_DAY / activity_s
         message = f"{plan.activities_per_day:g} activities a day of {activity_s:g} s each: expected at most {most:.4g}"
         raise ScenarioError(message)
-    return [Lifetime(use, _days(use, plan, S_PER_DAY - busy_s)) for use in uses]
+    return [Lifetime(use, _days(use, plan, activity_s)) for use in uses]
 
 
-def _days(use: NodeUse, plan: DutyPlan, rest_s: float) -> float:
+def _days(use: NodeUse, plan: DutyPlan, activity_s: float) -> float:
+    rest_s = S_PER_DAY - plan.activities_per_day * activity_s
     if use.capacity_j == math.inf:
         return math.inf
-    if use.died_s is not None:
-        return use.died_s / S_PER_DAY
+    activity_j = use.activity_j
+    if use.died_s is not None:  # what a whole activity would have cost it at the rate at which it ran empty
+        if use.died_s <= 0.0:
+            return 0.0
+        activity_j = use.capacity_j * activity_s / use.died_s
     lost_j = plan.self_discharge_percent_per_year / 100.0 / DAYS_PER_YEAR * use.capacity_j
-    day_j = plan.activities_per_day * use.activity_j + use.between_mw * 1e-3 * rest_s + lost_j
+    day_j = plan.activities_per_day * activity_j + use.between_mw * 1e-3 * rest_s + lost_j
     return use.capacity_j / day_j if day_j > 0.0 else math.inf
 
 
@@ -154,7 +158,10 @@ def assumptions(plan: DutyPlan, run: str, activity_s: float, deaths: int) -> lis
         f"Self-discharge takes {percent:g} % of the stated energy a year, evenly." if percent else "No self-discharge."
     )
     if deaths:
-        said.append(f"{deaths} node(s) ran empty within the run itself: their lifetime is the time until then.")
+        said.append(
+            f"{deaths} node(s) ran empty within the run itself: an activity is taken to cost each what it would have at the "
+            "rate at which it ran empty."
+        )
     return said
 
 

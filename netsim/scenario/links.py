@@ -45,6 +45,7 @@ class Air:
         noise: Background noise at the nodes, ascending by id.
         fading: What varies from frame to frame; None for nothing.
         delivery: Measured delivery ratios to be replayed; None where physics decides.
+        version: How often nodes were relocated: what was computed from the links of another version is stale.
     """
 
     paths: dict[int, list[Link]]
@@ -54,6 +55,7 @@ class Air:
     noise: Noise
     fading: Fading | None = None
     delivery: DeliveryRatios | None = None
+    version: int = field(default=0, init=False)
     _links: "_LinkLists | None" = field(default=None)
 
     @property
@@ -80,6 +82,7 @@ class Air:
             message = "the trace medium has the links of its file: its nodes cannot move"
             raise ScenarioError(message)
         self.positions_m.update(moved)
+        self.version += 1
         return self._links.relocate(self, moved)
 
 

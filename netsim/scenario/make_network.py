@@ -39,7 +39,7 @@ class NetworkMaker:
         recorder: Where message events go.
         streams: Random streams of the run.
         air: Every path between nodes: what is given to nodes that need not discover it.
-        everybody: All nodes: their positions at the start are the directory of destinations.
+        everybody: All nodes. The directory of destinations is where they are now, as `air` has it.
     """
 
     def __init__(
@@ -59,7 +59,6 @@ class NetworkMaker:
         self._positions_m = {place.id: (place.x_m, place.y_m) for place in everybody}
         self._sinks = [place.id for place in everybody if place.group.role == "sink"]
         self._minimum_prr: float = getattr(self._parameters, "minimum_prr", USUAL_PRR)
-        self._prr = {(node, link.id): link.prr for node, links in air.neighbours.items() for link in links}
         self._given = self._given_routes()
         self._book = MessageBook()
 
@@ -91,7 +90,7 @@ class NetworkMaker:
     def _given_routes(self) -> Routes:
         parameters = self._parameters
         if isinstance(parameters, ShortestPathParameters) and not isinstance(parameters.discovery, BeaconDiscovery):
-            return ShortestPaths(self._air.neighbours, parameters)
+            return ShortestPaths(self._air.neighbours, parameters, lambda: self._air.version)
         return OneHop()
 
     def _draw(self, place: Place) -> Draw:
@@ -106,18 +105,13 @@ class NetworkMaker:
     def _geographic(self, place: Place, discovery: Discovery | None) -> GeographicRouter:
         """Routing by position: for geographic networks, and everywhere for the way to a region."""
         minimum_prr = self._minimum_prr
-        given = {} if discovery is not None else self._near(place.id)
-        near = (lambda: given) if discovery is None else lambda: discovery.positions(minimum_prr)
+        near = (
+            _GivenNear(self._air, place.id, minimum_prr)
+            if discovery is None
+            else lambda: discovery.positions(minimum_prr)
+        )
         rule = self._parameters.planarisation if isinstance(self._parameters, GeographicParameters) else "gabriel"
-        return GeographicRouter(place.id, self._position_of(place), near, self._positions_m.get, rule)
-
-    def _near(self, node: int) -> dict[int, Point]:
-        """Positions of the given neighbours whose links are good enough both ways."""
-        return {
-            link.id: as_sent(self._positions_m[link.id])
-            for link in self._air.neighbours[node]
-            if min(link.prr, self._prr.get((link.id, node), 0.0)) >= self._minimum_prr
-        }
+        return GeographicRouter(place.id, self._position_of(place), near, self._air.positions_m.get, rule)
 
     def _tree(self, place: Place, discovery: Discovery | None) -> CollectionTree | None:
         parameters = self._parameters
@@ -157,8 +151,28 @@ class NetworkMaker:
         return min(self._sinks, key=lambda sink: (math.dist(self._positions_m[sink], here), sink), default=None)
 
 
-def _position_of(place: Place) -> Callable[[], Point]:
-    return lambda: (place.x_m, place.y_m)
+class _GivenNear:
+    """Positions of a node's given neighbours whose links are good enough both ways; follows nodes that move."""
+
+    def __init__(self, air: Air, node: int, minimum_prr: float) -> None:
+        self._air = air
+        self._node = node
+        self._minimum_prr = minimum_prr
+        self._of_version = -1
+        self._near: dict[int, Point] = {}
+
+    def __call__(self) -> dict[int, Point]:
+        if self._of_version != self._air.version:
+            self._of_version = self._air.version
+            self._near = {
+                link.id: as_sent(self._air.positions_m[link.id])
+                for link in self._air.neighbours[self._node]
+                if min(link.prr, self._back(link.id)) >= self._minimum_prr
+            }
+        return self._near
+
+    def _back(self, neighbour: int) -> float:
+        return next((link.prr for link in self._air.neighbours[neighbour] if link.id == self._node), 0.0)
 
 
 def _connect(

@@ -157,6 +157,9 @@ class SinrMedium:
     ) -> bool:
         """Clear channel assessment (IEEE 802.15.4-2006 6.9.9). What begins at this very instant is not seen yet.
 
+        The energy is that of all signals that touch the window, summed as if they overlapped for all of it; the standard
+        averages over the window, so that short or successive signals read lower there.
+
         Args:
             node: Who assesses.
             duration_ns: How far back it looks; eight symbols by default.

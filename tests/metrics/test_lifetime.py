@@ -67,7 +67,14 @@ def test_a_day_full_of_activities_has_nothing_between():
 
 def test_mains_and_the_dead():
     assert days(use(capacity_j=math.inf), activities_per_day=100) == math.inf
-    assert days(use(died_s=43.2), activities_per_day=100) == pytest.approx(43.2 / 86_400)
+    assert days(use(died_s=0.0), activities_per_day=100) == 0.0
+
+
+def test_a_node_that_dies_in_the_run_lasts_the_activities_it_managed():
+    """Empty after 4.32 of the 10 s activities; 100 a day, and next to nothing in between."""
+    assert days(use(died_s=43.2, between_mw=0.0), activities_per_day=100) == pytest.approx(0.0432)
+    day_j = 100 * 20_000 / 4.32 + 60e-6 * 85_400
+    assert days(use(died_s=43.2), activities_per_day=100) == pytest.approx(20_000 / day_j, rel=1e-12)
 
 
 def test_first_median_last():
@@ -107,7 +114,8 @@ def test_the_outlook_of_a_run(folder):
     rest_s = 86_400 - 24 * 5
     day_j = 24 * sensor.use.activity_j + 0.2235e-3 * rest_s + 600 / 365.25
     assert sensor.days == pytest.approx(20_000 / day_j, rel=1e-9)
-    assert by_name["n02"].days == pytest.approx(1 / 86_400, rel=0.01)  # 56.4 mJ are a second of listening
+    tiny_j = 24 * 5 * 0.0564 + 0.2235e-3 * rest_s  # 56.4 mJ are a second of listening
+    assert by_name["n02"].days == pytest.approx(0.0564 / tiny_j, rel=0.01)
     assert by_name["n03"].days == math.inf
     assert found.assumptions[0].startswith("Taken from the run days (seed 1, 5 s simulated), as one activity of 5 s")
 

@@ -46,6 +46,8 @@ NOT_MODELLED = [
      " optimistic"),
     ("a jammer's shadowing", "the medium's path loss alone, to the nodes' places at the start", "the jammed area is rounder"
      " than a real one"),
+    ("averaging in a clear channel assessment", "every signal that touches the eight symbols counts in full", "two frames"
+     " at -87 dBm, one after the other, read -84 dBm: slightly more often busy"),
     ("processing time of the radio driver", "none; turnaround and start-up only", "SPI transfers of real nodes cost about a"
      " millisecond and some energy"),
 ]  # fmt: skip

@@ -47,7 +47,6 @@ class Reporter:
         node: Its id.
         book: Names of messages.
         recorder: Where the events go.
-        now_ns: The time.
     """
 
     def __init__(self, node: int, book: MessageBook, recorder: Recorder) -> None:

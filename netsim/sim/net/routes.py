@@ -1,6 +1,6 @@
 """Which neighbour is next on the way to a node."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Literal, Protocol
 
 import numpy as np
@@ -23,8 +23,8 @@ class OneHopParameters(NetworkSettings):
 class ShortestPathParameters(NetworkSettings):
     """Messages are forwarded along shortest paths.
 
-    Where neighbours are given, the paths are computed from the links at the start. Where they are discovered, the nodes
-    tell each other their distances (see `netsim.sim.net.distance_vector`), and find new ways when nodes die.
+    Where neighbours are given, the paths are computed from the links, anew when nodes have moved. Where they
+    are discovered, the nodes tell each other their distances (see `netsim.sim.net.distance_vector`), and find new ways when nodes die.
     """
 
     type: Literal["shortest-path"] = "shortest-path"
@@ -57,14 +57,27 @@ class ShortestPaths:
     """See `ShortestPathParameters`. Trees towards a destination are computed when first asked for.
 
     Args:
-        neighbours: Links of each node.
+        neighbours: Links of each node; always the same nodes.
         parameters: Metric and threshold.
+        version: Another number whenever the links may have changed; by default they do not.
     """
 
-    def __init__(self, neighbours: Mapping[int, Sequence[Neighbour]], parameters: ShortestPathParameters) -> None:
+    def __init__(
+        self,
+        neighbours: Mapping[int, Sequence[Neighbour]],
+        parameters: ShortestPathParameters,
+        version: Callable[[], int] = lambda: 0,
+    ) -> None:
+        self._neighbours = neighbours
+        self._parameters = parameters
+        self._version = version
         self._nodes = sorted(neighbours)
         self._index = {node: index for index, node in enumerate(self._nodes)}
-        links = sorted(_links(neighbours, parameters))
+        self._read_links()
+
+    def _read_links(self) -> None:
+        self._of_version = self._version()
+        links = sorted(_links(self._neighbours, self._parameters))
         self._from = np.array([self._index[node] for node, _, _ in links], np.intp)
         self._to = np.array([self._index[other] for _, other, _ in links], np.intp)
         self._cost = np.array([cost for _, _, cost in links], float)
@@ -72,6 +85,8 @@ class ShortestPaths:
 
     def next_hop(self, node: int, destination: int) -> int | None:
         """See `Routes.next_hop`."""
+        if self._version() != self._of_version:
+            self._read_links()
         if destination not in self._towards:
             self._towards[destination] = self._tree(destination)
         return self._towards[destination].get(node)
