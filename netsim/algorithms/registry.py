@@ -38,6 +38,7 @@ class Entry:
         summary: What it does, in one line.
         citation: Where it comes from.
         problems: Kinds of problem it can solve; empty for an algorithm that needs none.
+        needs_sink: Whether it sends to a node of the role `sink`.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Entry:
     summary: str
     citation: str = ""
     problems: tuple[str, ...] = ()
+    needs_sink: bool = False
 
 
 def _message_passing(semiring: Semiring) -> Callable[[Any], Algorithm]:
@@ -98,6 +100,7 @@ SHIPPED: Mapping[str, Entry] = {
             CollectReadingsParameters,
             CollectReadings,
             "every node senses regularly and sends its readings to a sink",
+            needs_sink=True,
         ),
     )
 }

@@ -9,7 +9,7 @@ list (see `netsim.kernels.censored_path_loss`).
 import numpy as np
 
 from netsim.calibrate.found import Calibration, Options
-from netsim.calibrate.links import distances, link_means, variation, with_unlisted
+from netsim.calibrate.links import distances, link_means, mean_variances, variation, with_unlisted
 from netsim.calibrate.log import TestbedLog
 from netsim.calibrate.loss import fit_loss
 from netsim.calibrate.reception import fit_reception
@@ -34,10 +34,13 @@ def calibrate(log: TestbedLog, options: Options | None = None) -> Calibration:
     links = link_means(log)
     fit_reception(found, links)
     found.variation = variation(log)
+    variances = mean_variances(log, links)
     links = with_unlisted(links, len(log.names)) if options.positions else links
     distance_m = distances(log, links, options.positions)
     if np.isfinite(distance_m).any():
-        fit_loss(found, links, distance_m, options)
+        if variances is not None:
+            variances = np.append(variances, np.zeros(len(links.link) - len(variances)))
+        fit_loss(found, links, distance_m, options, variances)
     else:
         found.notes.append("Neither distances nor positions: path loss, shadowing and asymmetry are left out.")
     return found

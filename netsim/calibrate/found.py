@@ -40,8 +40,10 @@ class PathLoss:
     Attributes:
         fit: Maximum likelihood, unseen links considered.
         plain: Least squares through the links seen, for comparison; None where it cannot be computed.
-        shadowing_sd_db: Of a pair: the deviation about the line without the share of the asymmetry.
-        asymmetry_sd_db: Of the difference of two directions; None without a pair seen both ways.
+        shadowing_sd_db: Of a pair: the deviation about the line without the shares of the asymmetry and (a log
+            of frames) of sampling noise.
+        asymmetry_sd_db: Of the difference of two directions; None without a pair seen both ways. Of a log of
+            frames, without sampling noise.
         asymmetry_se_db: Its standard error.
         pairs: Pairs seen both ways.
         limit_dbm: Received power below which a link counts as unseen.

@@ -67,10 +67,7 @@ class Variation:
 
 def link_means(log: TestbedLog) -> LinkMeans:
     """Sum a log up by link, transmit power and channel."""
-    power = np.where(np.isnan(log.tx_power_dbm), 1e9, log.tx_power_dbm)
-    keys = np.column_stack([log.link, log.channel, power])
-    _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    group = group.reshape(-1)
+    first, group = _groups(log)
     received = np.bincount(group, log.received).astype(float)
     heard = np.isfinite(log.rssi_dbm)
     weight = np.where(heard, log.received, 0.0)
@@ -91,6 +88,14 @@ def link_means(log: TestbedLog) -> LinkMeans:
         sent=np.bincount(group, log.sent).astype(float),
         distance_m=log.distance_m[first],
     )
+
+
+def _groups(log: TestbedLog) -> tuple[Ints, Ints]:
+    """First row of each link, transmit power and channel; and to which of them each row belongs."""
+    power = np.where(np.isnan(log.tx_power_dbm), 1e9, log.tx_power_dbm)
+    keys = np.column_stack([log.link, log.channel, power])
+    _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return first, group.reshape(-1)
 
 
 def with_unlisted(links: LinkMeans, nodes: int) -> LinkMeans:
@@ -174,37 +179,65 @@ def distances(log: TestbedLog, links: LinkMeans, positions: Sequence[PlacedNode]
     return distance_m
 
 
-def asymmetry(links: LinkMeans, gain_db: Floats) -> tuple[float | None, float, int]:
+def mean_variances(log: TestbedLog, links: LinkMeans) -> Floats | None:
+    """Variance (dB^2) of each link's mean power that the spread of its own frames explains; None unless a row is a frame.
+
+    A link's variance over its frames by their number; a link with one frame is taken to vary as the others do on average.
+    Frames are taken to vary independently.
+
+    Args:
+        log: The log.
+        links: Its sums, of `link_means`.
+    """
+    if not log.per_frame:
+        return None
+    group = _groups(log)[1]
+    heard = np.isfinite(log.rssi_dbm)
+    squares = np.bincount(group[heard], (log.rssi_dbm[heard] - links.rssi_dbm[group[heard]]) ** 2, len(links.rssi_dbm))
+    freedom = np.maximum(links.received - 1.0, 0.0)
+    if not freedom.any():
+        return None
+    usual = float(squares.sum() / freedom.sum())
+    within = np.where(freedom > 0.0, squares / np.maximum(freedom, 1.0), usual)
+    variances: Floats = within / np.maximum(links.received, 1.0)
+    return variances
+
+
+def asymmetry(links: LinkMeans, gain_db: Floats, variances: Floats | None = None) -> tuple[float | None, float, int]:
     """Standard deviation of the difference of two directions about 0, its standard error, and the number of pairs.
 
     Args:
         links: The links.
         gain_db: Their gains; NaN where unseen. Pairs with one direction unseen do not count, which makes the deviation a
             little too small.
+        variances: Of the gains, by the sampling of frames (`mean_variances`): taken off; by default nothing is.
     """
+    known = np.zeros(len(gain_db)) if variances is None else variances
     forward = {}
     differences: dict[int, list[float]] = {}
     for row in np.flatnonzero(np.isfinite(gain_db)).tolist():
         power = float(links.tx_power_dbm[row])
         key = (int(links.channel[row]), power if power == power else None)
-        forward[int(links.source[row]), int(links.destination[row]), key] = float(gain_db[row])
+        forward[int(links.source[row]), int(links.destination[row]), key] = (float(gain_db[row]), float(known[row]))
     for (source, destination, key), gain in forward.items():
         back = forward.get((destination, source, key)) if source < destination else None
         if back is not None:
-            differences.setdefault(source * 1_000_003 + destination, []).append(gain - back)
+            differences.setdefault(source * 1_000_003 + destination, []).append(
+                (gain[0] - back[0]) ** 2 - gain[1] - back[1]
+            )
     if not differences:
         return None, 0.0, 0
-    squares = np.array([float(np.mean(np.square(found))) for found in differences.values()])
-    variance, count = float(squares.mean()), len(squares)
+    squares = np.array([float(np.mean(found)) for found in differences.values()])
+    variance, count = max(0.0, float(squares.mean())), len(squares)
     spread = float(squares.std(ddof=1)) / count**0.5 if count > 1 else 0.0
-    return variance**0.5, 0.5 * spread / variance**0.5 if variance > 0.0 else 0.0, count
+    # Near 0 the error of the root is no longer half the relative error of the square: it is at most the error's own root.
+    error = spread**0.5 if 4.0 * variance <= spread else 0.5 * spread / variance**0.5
+    return variance**0.5, error, count
 
 
 def variation(log: TestbedLog) -> Variation | None:
     """How power changes between the frames, or the measurements, of one link and channel; None without repetitions."""
-    power = np.where(np.isnan(log.tx_power_dbm), 1e9, log.tx_power_dbm)
-    _, group = np.unique(np.column_stack([log.link, log.channel, power]), axis=0, return_inverse=True)
-    group = group.reshape(-1)
+    group = _groups(log)[1]
     ratio = np.bincount(group, log.received) / np.bincount(group, log.sent)
     heard = np.isfinite(log.rssi_dbm)
     count = np.bincount(group, heard)

@@ -14,8 +14,18 @@ MOST_EXPONENT = 10.0
 """The schema's bound."""
 
 
-def fit_loss(found: Calibration, links: LinkMeans, distance_m: Floats, options: Options) -> None:
-    """Path loss from the links; those below the 50 % point count as unseen."""
+def fit_loss(
+    found: Calibration, links: LinkMeans, distance_m: Floats, options: Options, variances: Floats | None = None
+) -> None:
+    """Path loss from the links; those below the 50 % point count as unseen.
+
+    Args:
+        found: Where it goes.
+        links: The links.
+        distance_m: Of each link.
+        options: What the user gave.
+        variances: Of the links' mean powers, by the sampling of frames; None where unknown.
+    """
     power_dbm = links.tx_power_dbm
     if np.isnan(power_dbm).any():
         assumed = 0.0 if options.tx_power_dbm is None else options.tx_power_dbm
@@ -37,8 +47,10 @@ def fit_loss(found: Calibration, links: LinkMeans, distance_m: Floats, options: 
     except ValueError as error:
         found.notes.append(f"No fit of path loss: it needs {error}.")
         return
-    sd_db, se_db, pairs = asymmetry(links, gain_db)
-    own = fit.sd_db**2 - 0.25 * (sd_db or 0.0) ** 2
+    sd_db, se_db, pairs = asymmetry(links, gain_db, variances)
+    sampling_db2 = None if variances is None else float(np.mean(variances[seen]))
+    own = fit.sd_db**2 - 0.25 * (sd_db or 0.0) ** 2 - (sampling_db2 or 0.0)
+    found.notes.append(_sampling_note(sampling_db2))
     try:
         plain = fit_path_loss(distance_m[seen], gain_db[seen])
     except ValueError:
@@ -47,6 +59,18 @@ def fit_loss(found: Calibration, links: LinkMeans, distance_m: Floats, options: 
         found.notes.append(f"The fitted exponent is {fit.exponent:.2f}: the log's distances do not explain its powers.")
     found.path_loss = PathLoss(
         fit, plain, max(0.0, own) ** 0.5, sd_db, se_db, pairs, limit_dbm, distance_m[kept], gain_db[kept]
+    )
+
+
+def _sampling_note(sampling_db2: float | None) -> str:
+    if sampling_db2 is None:
+        return (
+            "The log does not say how power varied from frame to frame: the sampling noise of a link's mean counts as "
+            "shadowing and as a difference of directions, which come out too large by it."
+        )
+    return (
+        f"A link's mean varies by {sampling_db2**0.5:.2f} dB (root mean square) because it is over a few frames: that is "
+        "taken off the shadowing and off the difference of directions, as if frames varied independently."
     )
 
 

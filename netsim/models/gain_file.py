@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from netsim.errors import Finding, ScenarioError
+from netsim.reading.reasons import is_gzip, why_unreadable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,8 +74,10 @@ class _Lines:
         try:
             self._text = path.read_text(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-            self.refuse("a text file of gains", reason, "check the path and the format", error)
+            remedy = "check the path and the format"
+            if is_gzip(path):
+                remedy = "unpack it: a file of the format `k7` may be packed, one of `tossim` may not"
+            self.refuse("a text file of gains", why_unreadable(path, error), remedy, error)
 
     def __iter__(self) -> Iterator[list[str]]:
         for number, line in enumerate(self._text.splitlines(), start=1):

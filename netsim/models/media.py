@@ -223,8 +223,14 @@ class TraceMediumParameters:
         if self.format == "k7" and (self.fading is not None or not isinstance(self.noise, _NO_NOISE)):
             message = "neither fading nor varying noise with format k7: its delivery ratios contain both"
             raise ValueError(message)
+        fields = TraceMediumParameters.__dataclass_fields__
+        unused = [name for name in _K7_ONLY if getattr(self, name) != fields[name].default]
+        if self.format != "k7" and unused:
+            message = f"no {' and no '.join(unused)} with format {self.format}: only k7 files use it"
+            raise ValueError(message)
 
 
+_K7_ONLY = ("channel", "transmit_power_dbm", "start_s", "speed", "at_end")
 _NO_NOISE = (type(None), ConstantNoiseParameters)
 
 LossMedium = UnitDiskParameters | FreeSpaceParameters | LogDistanceParameters | TwoSlopeParameters

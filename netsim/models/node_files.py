@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from netsim.errors import Finding, ScenarioError
+from netsim.reading.reasons import why_unreadable
 
 HEADERS = (["id", "x_m", "y_m"], ["id", "x_m", "y_m", "name"])
 LAST_ID = 65_533
@@ -45,7 +46,7 @@ def read_nodes(path: Path) -> list[PlacedNode]:
             reader = csv.reader(stream)
             rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        message = f"{path}: expected a CSV file of nodes: {error}"
+        message = f"{path}: expected a CSV file of nodes, got: {why_unreadable(path, error)}"
         raise ScenarioError(message) from error
     findings = list(_findings(str(path), rows))
     if findings:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from netsim.errors import Finding, ScenarioError
+from netsim.reading.reasons import why_unreadable
 
 LOWEST_DBM, HIGHEST_DBM = -200.0, 30.0
 
@@ -19,7 +20,7 @@ def read_noise(path: Path) -> NDArray[np.float64]:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        reason = why_unreadable(path, error)
         finding = Finding(str(path), 1, "", "a text file of noise readings in dBm", reason, "check the path")
         raise ScenarioError([finding]) from error
     readings = [(number, _number(line)) for number, line in enumerate(lines, start=1) if line.strip()]

@@ -11,6 +11,7 @@ from typing import Literal
 
 from netsim.errors import Finding, ScenarioError
 from netsim.parameters import Name, Positive, parameters
+from netsim.reading.reasons import why_unreadable
 from netsim.units import NS_PER_S, s_to_ns
 
 HEADER = ["node", "at_s", "x_m", "y_m"]
@@ -105,7 +106,7 @@ def read_waypoints(path: FilePath) -> dict[int, tuple[Waypoint, ...]]:
             reader = csv.reader(stream)
             rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        message = f"{path}: expected a CSV file of waypoints: {error}"
+        message = f"{path}: expected a CSV file of waypoints, got: {why_unreadable(path, error)}"
         raise ScenarioError(message) from error
     findings = list(_findings(str(path), rows))
     if findings:

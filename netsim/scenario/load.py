@@ -129,6 +129,7 @@ def _across(scenario: Scenario, document: Document, registry: Registry) -> Itera
     yield from _group_names(scenario, document)
     yield from _acknowledgements_in_time(scenario, document)
     yield from _problem_fits(scenario, document, registry)
+    yield from _sink_exists(scenario, document, registry)
     yield from _targets_in_field(scenario, document)
 
 
@@ -200,6 +201,27 @@ def _problem_fits(scenario: Scenario, document: Document, registry: Registry) ->
                 f"an algorithm for the problem `{scenario.problem.type}`",
                 record.type,
                 f"set `problem` to one of the type {' or '.join(problems)}",
+            )
+
+
+def _sink_exists(scenario: Scenario, document: Document, registry: Registry) -> Iterator[Finding]:
+    """What is sent to a sink needs one."""
+    if any(group.role == "sink" for group in scenario.nodes):
+        return
+    records: list[tuple[ValuePath, Any]] = [
+        (("nodes", index, "algorithm"), group.algorithm)
+        for index, group in enumerate(scenario.nodes)
+        if group.algorithm is not None
+    ]
+    if len(records) < len(scenario.nodes):
+        records.insert(0, (("algorithm",), scenario.algorithm))
+    for path, record in records:
+        if registry.entry_of(record).needs_sink:
+            yield document.finding(
+                (*path, "type"),
+                f"a node of the role `sink` for {record.type} to send to",
+                "none",
+                "give one group `role: sink`",
             )
 
 

@@ -137,18 +137,29 @@ class FaultMaker:
         if not isinstance(medium, SinrMedium):
             text = "a medium on which signals interfere, for a jammer to disturb"
             got = "a medium without interference"
-            remedy = "set `medium: {type: log-distance}` or another with `reception: sinr`"
-            raise ScenarioError([self._loaded.document.finding(("faults", parts.index), text, got, remedy)])
+            raise ScenarioError(
+                [self._loaded.document.finding(("faults", parts.index), text, got, self._interfering())]
+            )
         period_ns = None if rule.on_s is None or rule.off_s is None else (s_to_ns(rule.on_s), s_to_ns(rule.off_s))
         powers_mw = self._powers_mw(parts, rule)
         JammerSchedule(self._clock, medium, parts.announcer, rule.position_m, powers_mw, span_of(rule), period_ns)
+
+    def _interfering(self) -> str:
+        """How to come by a medium on which signals interfere."""
+        scenario = self._loaded.scenario
+        if isinstance(scenario.medium, IdealMediumParameters):
+            return "set `medium: {type: log-distance}` or another with `reception: sinr`"
+        if scenario.fidelity is not None:
+            return f"set `fidelity: sinr` or a higher rung: `{scenario.fidelity}` takes interference away"
+        return f"set `reception: sinr` in `medium`: `{scenario.medium.reception}` takes interference away"
 
     def _powers_mw(self, parts: FaultParts, rule: JammerRule) -> Mapping[int, float]:
         """What a jammer's signal is worth at every node it reaches."""
         law = self._loaded.scenario.medium
         if isinstance(law, IdealMediumParameters | TraceMediumParameters):
             text, got = "a medium whose power falls with distance, for a jammer's to be known", law.type
-            raise ScenarioError([self._loaded.document.finding(("faults", parts.index), text, got)])
+            remedy = "set `medium: {type: log-distance}`, or leave the jammer out: a file has links of nodes only"
+            raise ScenarioError([self._loaded.document.finding(("faults", parts.index), text, got, remedy)])
         offset_m = positions_m(self._places) - np.array(rule.position_m)
         gains_db = -path_loss_db(np.hypot(offset_m[:, 0], offset_m[:, 1]), law)
         powers = zip(self._places, (rule.power_dbm + gains_db).tolist(), strict=True)

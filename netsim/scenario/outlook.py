@@ -9,6 +9,7 @@ from typing import Any
 from netsim.errors import ScenarioError
 from netsim.metrics.lifetime import DutyPlan, Lifetime, NodeUse, assumptions, lifetimes
 from netsim.models.devices import RadioDevice
+from netsim.reading.reasons import why_unreadable
 from netsim.rng import Streams
 from netsim.scenario.folder import METRICS_FILE, SCENARIO_FILE
 from netsim.scenario.load import LoadedScenario, load
@@ -63,7 +64,8 @@ def _figures(folder: Path) -> dict[str, Any]:
     try:
         figures: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        message = f"{path}: expected the metrics of a finished run: {error}; give the folder that `netsim run` wrote"
+        got = "no such file" if isinstance(error, FileNotFoundError) else why_unreadable(path, error)
+        message = f"{path}: expected the metrics of a finished run, got: {got}; give the folder that `netsim run` wrote"
         raise ScenarioError(message) from error
     return figures
 

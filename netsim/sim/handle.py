@@ -8,14 +8,14 @@ from typing import Any, SupportsIndex, TypeVar, cast
 
 import numpy as np
 
-from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op, Polygon, Region
+from netsim.api import BROADCAST, SERVICE_PREFIX, Message, Neighbour, Observation, Op, Region
 from netsim.errors import AlgorithmError
 from netsim.rng import Streams
 from netsim.sim.budget import EnergyTask, NodeBudget, Policy
 from netsim.sim.clock import Clock
 from netsim.sim.devices import SensorPort
 from netsim.sim.net.flooding import FLOOD_LIMIT
-from netsim.sim.net.regions import MOST_VERTICES
+from netsim.sim.net.regions import what_is_wrong
 from netsim.sim.node import Node
 from netsim.sim.stamps import MOST_STAMPED_BYTE, STAMP_BYTE
 from netsim.sim.tasks import Operation, RunningTask, SentMessage, started
@@ -177,8 +177,8 @@ class Handle:
         if not isinstance(region, Region):
             message = f"geocast to {region!r}: a region is a Circle, a Rectangle or a Polygon of netsim.api"
             raise AlgorithmError(message)
-        if isinstance(region, Polygon) and not 3 <= len(region.vertices_m) <= MOST_VERTICES:
-            message = f"geocast to a polygon of {len(region.vertices_m)} vertices: it has 3 to {MOST_VERTICES}"
+        if wrong := what_is_wrong(region):
+            message = f"geocast to {wrong}"
             raise AlgorithmError(message)
         return self._hand_over(kind, payload, causes, partial(self._node.parts.network.geocast, region))
 
@@ -316,6 +316,9 @@ class Handle:
     ) -> SentMessage:
         """Give a message to the network layer: `send` takes kind, payload, causes and what is to be told of its fate."""
         self._complain()
+        if not kind:
+            message = "sent a message without a kind: give it a name, such as 'reading'"
+            raise AlgorithmError(message)
         if not isinstance(payload, bytes):
             message = f"the payload of a {kind!r} message is {type(payload).__name__}, not bytes"
             raise AlgorithmError(message)

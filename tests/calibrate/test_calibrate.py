@@ -168,3 +168,29 @@ def test_the_grenoble_log(measured_data: Path) -> None:
     clean = [ratio for channel, ratio in found.strong_ratio.items() if channel in (15, 20, 25, 26)]
     assert min(clean) > 0.999
     assert found.strong_ratio[12] < 0.96
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_noise_of_few_frames_is_no_asymmetry(seed: int, tmp_path: Path) -> None:
+    """Links alike both ways, eight frames each with 3 dB of noise: a difference of 1.5 dB if it were not taken off."""
+    generator = np.random.default_rng(seed)
+    lines = ["source,destination,rssi_dbm,received,distance_m"]
+    for i in range(20):
+        for j in range(i):
+            metres = float(generator.uniform(2.0, 30.0))
+            power = -40.0 - 28.0 * math.log10(metres) + float(generator.normal(0.0, 4.0))
+            for a, b in ((i, j), (j, i)):
+                lines += [f"{a},{b},{each:.3f},1,{metres:.3f}" for each in generator.normal(power, 3.0, 8)]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = calibrated(log)
+    loss = found.path_loss
+    assert loss.asymmetry_sd_db < 3.0 * loss.asymmetry_se_db
+    assert loss.asymmetry_sd_db < 0.75
+    assert abs(loss.shadowing_sd_db - 4.0) < 3.0 * 4.0 / math.sqrt(2 * 190)
+    assert any("taken off the shadowing" in note for note in found.notes)
+
+
+def test_means_without_their_frames_keep_the_noise_and_say_so(tmp_path: Path) -> None:
+    found = calibrated(Testbed(1).write_counts(tmp_path / "log.csv", listed_only=True, distances=True))
+    assert any("come out too large by it" in note for note in found.notes)

@@ -4,6 +4,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from netsim.errors import ScenarioError
+from netsim.scenario.outlook import outlook
+
 
 def netsim(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "netsim", *arguments], capture_output=True, text=True, check=False)
@@ -22,3 +27,11 @@ def test_days_and_assumptions_are_printed(scenarios: Path, tmp_path: Path) -> No
     assert without.returncode == 2
     assert "duty_plan" in without.stderr
     assert "Traceback" not in without.stderr
+
+
+def test_a_folder_without_a_run_is_said_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        outlook(tmp_path, {})
+    text = str(caught.value)
+    assert text.count(str(tmp_path)) == 1
+    assert "got: no such file; give the folder that `netsim run` wrote" in text

@@ -48,7 +48,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="check the path"):
         read_gains(tmp_path / "none.txt")
     (tmp_path / "packed.gz").write_bytes(b"\x1f\x8b\x08\x00\xff")
-    with pytest.raises(ScenarioError, match="check the path and the format"):
+    with pytest.raises(ScenarioError, match="got a gzip file; unpack it: a file of the format `k7` may be"):
         read_gains(tmp_path / "packed.gz")
 
 

@@ -111,11 +111,27 @@ def test_sensor_rules_need_sensors(tmp_path):
     assert "nodes that have a sensor, got nodes 3, 4, 5 without one" in finding
 
 
-@pytest.mark.parametrize("medium", ["{type: ideal}", "{type: log-distance, reception: prr}"])
-def test_a_jammer_needs_a_medium_with_interference(tmp_path, medium):
-    (finding,) = findings(tmp_path, "{type: jammer, position_m: [0, 0], power_dbm: 0}", medium=medium)
+@pytest.mark.parametrize(
+    ("medium", "more", "remedy"),
+    [
+        ("{type: ideal}", "", "set `medium: {type: log-distance}`"),
+        ("{type: log-distance, reception: prr}", "", "`reception: sinr` in `medium`: `prr` takes interference away"),
+        (SINR, "fidelity: ideal\n", "`fidelity: sinr` or a higher rung: `ideal` takes interference away"),
+    ],
+)
+def test_a_jammer_needs_a_medium_with_interference(tmp_path, medium, more, remedy):
+    (finding,) = findings(tmp_path, "{type: jammer, position_m: [0, 0], power_dbm: 0}", medium=medium, more=more)
     assert "faults[0]" in finding
     assert "interfere" in finding
+    assert remedy in finding
+
+
+def test_a_jammer_needs_a_medium_with_path_loss(tmp_path):
+    lines = [f"gain {a} {b} -60" for a in range(6) for b in range(6) if a != b]
+    (tmp_path / "gains.txt").write_text("\n".join(lines))
+    medium = "{type: trace, file: gains.txt, format: tossim}"
+    (finding,) = findings(tmp_path, "{type: jammer, position_m: [0, 0], power_dbm: 0}", medium=medium)
+    assert "got trace; set `medium: {type: log-distance}`" in finding
 
 
 # --- what rules do --------------------------------------------------------------------------------------------------

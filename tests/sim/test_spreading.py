@@ -1,5 +1,6 @@
 """Floods, geocasts and multicasts: whom they reach, what they cost, and that everybody speaks once."""
 
+import math
 from collections import Counter
 
 import networkx as nx
@@ -200,6 +201,10 @@ def nothing(node, act):
         (lambda node: node.flood("news", b"", hop_limit=0), "1 to 255 hops"),
         (lambda node: node.geocast((1, 2), "news", b""), "a region is a Circle"),
         (lambda node: node.geocast(Polygon(((0.0, 0.0), (1.0, 1.0))), "news", b""), "3 to 8"),
+        (lambda node: node.geocast(Circle((0.0, math.nan), 1.0), "news", b""), "finite"),
+        (lambda node: node.geocast(Circle((0.0, 0.0), math.inf), "news", b""), "finite"),
+        (lambda node: node.geocast(Circle((0.0, 0.0), -1.0), "news", b""), "radius -1 m"),
+        (lambda node: node.broadcast("", b""), "without a kind"),
         (lambda node: node.multicast([1, 7], "news", b""), "does not exist"),
         (lambda node: node.multicast([0], "news", b""), "to itself"),
         (lambda node: node.flood("news", "text"), "not bytes"),

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
-from annotated_types import Gt, Le
+from annotated_types import Ge, Gt, Le
 
 from netsim.parameters import parameters
 from netsim.sim.net.packet import GREEDY, PERIMETER, PERIMETER_BYTE, Form, Packet
@@ -48,7 +48,7 @@ class GeographicParameters(NetworkSettings):
     """Links whose packet reception ratio is lower, in either direction, are not used."""
     hop_limit: HopLimit = 128
     """Packets that have made so many hops are dropped."""
-    retries: Annotated[int, Le(30)] = 2
+    retries: Annotated[int, Ge(0), Le(30)] = 2
     """How often a packet that the link layer gave up is routed anew."""
 
     def __post_init__(self) -> None:

@@ -12,6 +12,27 @@ MOST_VERTICES = 8
 """A polygon of eight vertices takes 66 bytes of every packet."""
 
 
+MOST_M = 1e9
+"""Coordinates travel as 32-bit floats, which are too coarse long before this."""
+
+
+def what_is_wrong(region: Region) -> str | None:
+    """Why a region cannot be sent to, in words; None if it can."""
+    if isinstance(region, Circle):
+        numbers: Sequence[float] = (*region.centre_m, region.radius_m)
+        if region.radius_m < 0.0:
+            return f"a circle with the radius {region.radius_m:g} m: it is at least 0"
+    elif isinstance(region, Rectangle):
+        numbers = (*region.low_m, *region.high_m)
+    else:
+        numbers = [number for vertex in region.vertices_m for number in vertex]
+        if not 3 <= len(region.vertices_m) <= MOST_VERTICES:
+            return f"a polygon of {len(region.vertices_m)} vertices: it has 3 to {MOST_VERTICES}"
+    if any(not abs(number) <= MOST_M for number in numbers):
+        return f"{region}: its numbers are metres, finite and of at most {MOST_M:g}"
+    return None
+
+
 def encode_region(region: Region) -> bytes:
     """A region as 32-bit floats: 13 bytes for a circle, 17 for a rectangle, 2 + 8 for each vertex of a polygon."""
     if isinstance(region, Circle):
