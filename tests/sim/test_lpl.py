@@ -3,6 +3,8 @@
 from itertools import pairwise
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from sim_rig import MS, US, Draws, Rig, airtime_ns, mesh, outcomes_of, sorted_frames
 
 from netsim.api import BROADCAST
@@ -302,3 +304,35 @@ def test_a_queue_is_bounded():
     fates = [rig.submit(0, 0, 1) for _ in range(4)]
     rig.run(2000 * MS)
     assert [delivery.reason for ((_, delivery),) in fates] == ["", "", "queue_full", "queue_full"]
+
+
+# --- sleep and wake at any moment -------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    sleep_us=st.integers(0, 126_500),
+    awake_after_us=st.integers(1, 260_000),
+    variant=st.sampled_from(["x-mac", "b-mac"]),
+)
+def test_a_node_put_to_sleep_at_any_moment_samples_again_once_it_is_woken(sleep_us, awake_after_us, variant):
+    rig = lpl(Rig(mesh(2)), variant=variant)
+    mac = rig.stations[1].mac
+    rig.at(sleep_us * US, mac.sleep)
+    rig.at((sleep_us + awake_after_us) * US, mac.wake)
+    fate = rig.submit(600 * MS, 0, 1)
+    rig.run(2000 * MS)
+    ((_, delivery),) = fate
+    assert delivery.acknowledged
+    assert rig.stations[1].radio.state in ("sleep", "idle", "switch", "listen")
+
+
+def test_a_job_that_is_given_up_tells_how_often_it_was_on_the_air():
+    """Nobody answers: the node goes down in its third attempt."""
+    rig = Rig({(0, 1): -60.0}).add_macs({0: Draws(0.0)})
+    fate = rig.submit(0, 0, 1)
+    third_us = [320 + number * (192 + 1792 + 864 + 128) for number in range(4)][2]
+    rig.at((third_us + 500) * US, lambda: rig.stations[0].mac.give_up("crashed"))
+    rig.run(20 * MS)
+    ((_, delivery),) = fate
+    assert (delivery.acknowledged, delivery.reason, delivery.attempts) == (False, "crashed", 2)
