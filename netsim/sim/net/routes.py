@@ -23,8 +23,9 @@ class OneHopParameters(NetworkSettings):
 class ShortestPathParameters(NetworkSettings):
     """Messages are forwarded along shortest paths.
 
-    Where neighbours are given, the paths are computed from the links, anew when nodes have moved. Where they
-    are discovered, the nodes tell each other their distances (see `netsim.sim.net.distance_vector`), and find new ways when nodes die.
+    Where neighbours are given, the paths are computed from the links, anew when nodes have moved. Where they are
+    discovered, the nodes tell each other their distances (see `netsim.sim.net.distance_vector`), and find new ways when
+    nodes die.
     """
 
     type: Literal["shortest-path"] = "shortest-path"
