@@ -105,7 +105,6 @@ def flooding_time_sync(node: NodeHandle, parameters: FloodingTimeSyncParameters,
     follower = None if node.id == root else _Follower(parameters)
     period_ns = s_to_ns(parameters.period_s)
     due_ns = node.counter_ns + int(node.rng("time-sync").random() * period_ns)
-    sequence = 0
     while True:
         wait_ns = max(0, due_ns - node.counter_ns)
         message = yield from node.receive(kinds={TIME_SYNC}, timeout_ns=wait_ns)
@@ -113,9 +112,10 @@ def flooding_time_sync(node: NodeHandle, parameters: FloodingTimeSyncParameters,
             if follower is not None:
                 yield from follower.take(node, message)
             continue
+        sent_in = due_ns // period_ns  # of the counter, so that a root that reboots goes on where it was
         due_ns += period_ns
         if follower is None:
-            sequence = (sequence + 1) & 0xFFFF
+            sequence = sent_in & 0xFFFF
             node.broadcast_stamped(TIME_SYNC, _HEAD.pack(root, sequence) + bytes(_STAMP_BYTE))
         elif follower.may_send:
             node.broadcast_stamped(TIME_SYNC, _HEAD.pack(root, follower.newest) + bytes(_STAMP_BYTE))
