@@ -11,6 +11,9 @@ from netsim.scenario.run import Result
 
 Row = tuple[str, str]
 SHOWN_STATES = 8
+SHOWN_KINDS = 6
+NO_CONTROL = ("ack", "strobe")
+"""Kinds of frame that the line above has already."""
 
 
 def summary_table(result: Result, loaded: LoadedScenario) -> Table:
@@ -78,6 +81,10 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if figures.get("frames_strobe"):
         kinds["wake-up"] = figures["frames_strobe"]
     yield "frames", _counted(figures["frames"], kinds)
+    known = {*figures["radio_messages_by_kind"], *NO_CONTROL}
+    if any(kind not in known for kind in figures.get("frames_by_kind", {})):
+        most_first = sorted(figures["frames_by_kind"].items(), key=lambda item: -item[1])
+        yield "  by kind", _counts(dict(most_first[:SHOWN_KINDS])) + (", ..." if len(most_first) > SHOWN_KINDS else "")
     if figures.get("frames_unicast_data"):
         yield "  unicast data frames received", _percent(figures["frame_reception_ratio_unicast"])
     if figures.get("frames_lost_by_reason"):
