@@ -61,6 +61,12 @@ def _counts(path: Path, line: int, header: Sequence[str]) -> tuple[str, ...]:
     expected = f"the columns {', '.join(NEEDED)} and one of: received; sent and received; pdr and tx_count"
     if not header:
         raise refusal(path, line, "", expected, "an empty file")
+    other = next(
+        (name for mark, name in ((";", "semicolons"), ("\t", "tabs")) if len(header) == 1 and mark in header[0]), None
+    )
+    if other is not None:
+        remedy = f"the columns seem to be separated by {other}: separate them by commas, with decimal points in numbers"
+        raise refusal(path, line, "", expected, f"`{header[0]}`", remedy)
     repeated = next((name for name in header if header.count(name) > 1), "")
     near = [
         f"rename `{name}` to `{match[0]}`"

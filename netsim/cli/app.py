@@ -184,6 +184,7 @@ def calibrate(
         int | None, typer.Option(help="Length of the frames (PSDU), if the log does not say; else 100.", min=5, max=127)
     ] = None,
     tx_power_dbm: Annotated[float | None, typer.Option(help="Transmit power, if the log does not say; else 0.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file of --out.")] = False,
     debug: Debug = False,
 ) -> None:
     """Fit a medium to a testbed's log: path loss, shadowing, asymmetry, reception against received power.
@@ -196,7 +197,7 @@ def calibrate(
     from netsim.cli.calibrate import calibrate_command
 
     options = Options(channel=channel, frame_byte=frame_byte, tx_power_dbm=tx_power_dbm)
-    calibrate_command(log, positions, out, plot, options)
+    calibrate_command(log, positions, out, plot, options, force=force)
 
 
 @app.command(name="list")

@@ -7,7 +7,7 @@ from rich.table import Table as RichTable
 
 from netsim.calibrate import Calibration, Options, calibrate, medium_yaml, read_log, tables
 from netsim.cli.console import say, show, tell
-from netsim.errors import NetsimError
+from netsim.errors import ScenarioError
 from netsim.models.node_files import read_nodes
 
 
@@ -17,8 +17,13 @@ def calibrate_command(
     out: Path | None,
     plot: Path | None,
     options: Options,
+    *,
+    force: bool = False,
 ) -> None:
-    """Fit, print tables, write the medium and the picture."""
+    """Fit, print tables, write the medium and the picture; an existing medium only if forced."""
+    if out is not None and out.exists() and not force:
+        message = f"{out}: this file exists; give another name, or --force to overwrite it"
+        raise ScenarioError(message)
     nodes = read_nodes(positions) if positions is not None else ()
     found = calibrate(read_log(log), Options(tuple(nodes), options.channel, options.frame_byte, options.tx_power_dbm))
     _print(found)
@@ -53,4 +58,4 @@ def _write(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         message = f"cannot write {path}: {error.strerror}"
-        raise NetsimError(message) from error
+        raise ScenarioError(message) from error

@@ -14,6 +14,7 @@ from netsim.models.media import PhysicalMedium, UnitDiskParameters
 from netsim.scenario.build import build
 from netsim.scenario.load import LoadedScenario, inspect
 from netsim.scenario.schema import DeviceBattery
+from netsim.scenario.warnings import scenario_warnings
 
 
 def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: bool) -> None:
@@ -25,7 +26,7 @@ def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: b
 
 
 def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
-    """Traps that the devices and the medium of a valid scenario fall into, each device once."""
+    """Traps that a valid scenario, its devices and its medium fall into, each once."""
     groups = loaded.scenario.nodes
     batteries = {group.battery.device for group in groups if isinstance(group.battery, DeviceBattery)}
     named: list[tuple[str, set[str], Callable[[str, Path], Device]]] = [
@@ -33,6 +34,7 @@ def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
         ("cpu", {group.cpu for group in groups}, load_cpu),
         ("battery", batteries, load_battery),
     ]
+    yield from (f"warning: {each}" for each in scenario_warnings(loaded))
     for kind, names, load in named:
         for name in sorted(names):
             yield from (f"warning: {kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))

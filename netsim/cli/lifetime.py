@@ -47,4 +47,7 @@ def _row(name: str, members: Sequence[Lifetime]) -> tuple[str, ...]:
 
 
 def _days(days: float) -> str:
-    return "never" if days == math.inf else f"{days:.4g}"
+    if days == math.inf or days >= 1.0:
+        return "never" if days == math.inf else f"{days:.4g}"
+    hours = 24.0 * days
+    return f"{hours:.4g} h" if hours >= 1.0 else f"{3600.0 * hours:.4g} s"

@@ -11,6 +11,9 @@ from netsim.scenario.run import Result
 
 Row = tuple[str, str]
 SHOWN_STATES = 8
+SHOWN_KINDS = 6
+NO_CONTROL = ("ack", "strobe")
+"""Kinds of frame that the line above has already."""
 
 
 def summary_table(result: Result, loaded: LoadedScenario) -> Table:
@@ -60,7 +63,7 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "rounds", f"{figures['rounds']} ({settled})"
         if figures["rounds_begun_late"]:
             late = f"{figures['rounds_begun_late']}, by up to {_seconds(figures['round_lateness_max_s'])}"
-            yield "  begun late: the CPU needs more than round_s", late
+            yield "  begun late (slow CPU, energy allowance or reboot)", late
     elif "last_news_s" in figures:
         yield "last new message", _seconds(figures["last_news_s"])
 
@@ -78,6 +81,10 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if figures.get("frames_strobe"):
         kinds["wake-up"] = figures["frames_strobe"]
     yield "frames", _counted(figures["frames"], kinds)
+    known = {*figures["radio_messages_by_kind"], *NO_CONTROL}
+    if any(kind not in known for kind in figures.get("frames_by_kind", {})):
+        most_first = sorted(figures["frames_by_kind"].items(), key=lambda item: -item[1])
+        yield "  by kind", _counts(dict(most_first[:SHOWN_KINDS])) + (", ..." if len(most_first) > SHOWN_KINDS else "")
     if figures.get("frames_unicast_data"):
         yield "  unicast data frames received", _percent(figures["frame_reception_ratio_unicast"])
     if figures.get("frames_lost_by_reason"):
@@ -121,14 +128,16 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "clock_error_max_s" in figures:
         largest, usual = _seconds(figures["clock_error_max_s"]), _seconds(figures["clock_error_rms_s"])
         yield "clock error, largest", f"{largest} (root mean square {usual})"
+        if "clock_spread_last_s" in figures:
+            yield "  spread among the nodes at the last sample", _seconds(figures["clock_spread_last_s"])
 
 
 def _time(figures: Mapping[str, Any], interrupted: bool) -> Iterator[Row]:
     ended = sum(figures[f"nodes_{end}"] for end in ("finished", "failed", "died", "crashed"))
     unfinished = figures["nodes"] - ended
     if unfinished:
-        cause = "by the interruption" if interrupted else "at the horizon"
-        yield f"nodes cut off {cause}", f"{unfinished} of {figures['nodes']}"
+        cause = "at the interruption" if interrupted else "at the horizon"
+        yield f"nodes still running {cause}", f"{unfinished} of {figures['nodes']}"
     if figures["nodes_failed"]:
         yield "nodes whose algorithm failed", f"{figures['nodes_failed']} of {figures['nodes']}"
     yield "simulated time", _seconds(figures["simulated_s"])

@@ -10,16 +10,17 @@ from dataclasses import replace
 from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, TypeVar
 
-from netsim.errors import ScenarioError
+from netsim.errors import Finding, ScenarioError
 from netsim.models.battery_tables import BatteryTable
 from netsim.models.devices import MAINS, BatteryDevice, CpuDevice, RadioDevice
 from netsim.models.radio_tables import REMEDIES, LoraRadioTable, RadioTable
 from netsim.models.sourced import NonNegativeNumber, PositiveNumber
 from netsim.parameters import Name, parameters
-from netsim.reading import read_document, validate
+from netsim.reading import Document, read_document, validate
 
+T = TypeVar("T")
 Kind = Literal["radios", "cpus", "batteries"]
 Device = RadioDevice | CpuDevice | BatteryDevice
 
@@ -123,19 +124,33 @@ def _radio(path: Path) -> RadioDevice:
     plain: Any = document.plain()
     modulation = plain.get("modulation") if isinstance(plain, dict) else None
     is_lora = isinstance(modulation, dict) and modulation.get("type") == "lora"
-    try:
-        return validate(document, LoraRadioTable).device() if is_lora else validate(document, RadioTable).device()
-    except ScenarioError as error:
-        remedied = [replace(each, remedy=REMEDIES.get(each.path, each.remedy)) for each in error.findings]
-        raise ScenarioError(remedied or str(error)) from error
+    return _validated(document, LoraRadioTable).device() if is_lora else _validated(document, RadioTable).device()
 
 
 def _cpu(path: Path) -> CpuDevice:
-    return validate(read_document(path), CpuTable).device()
+    return _validated(read_document(path), CpuTable).device()
 
 
 def _battery(path: Path) -> BatteryDevice:
-    return validate(read_document(path), BatteryTable).device()
+    return _validated(read_document(path), BatteryTable).device()
+
+
+def _validated(document: Document, table: type[T]) -> T:
+    """The table; of a table of another kind nothing but that is said."""
+    try:
+        return validate(document, table)
+    except ScenarioError as error:
+        of_kind = [each for each in error.findings if each.path == "kind"]
+        plain = document.plain()
+        remedied = [replace(each, remedy=_remedy(each, plain)) for each in of_kind or error.findings]
+        raise ScenarioError(remedied or str(error)) from error
+
+
+def _remedy(finding: Finding, plain: Any) -> str:
+    bare = plain.get(finding.path) if isinstance(plain, dict) else None
+    if isinstance(bare, int | float) and not isinstance(bare, bool):
+        return REMEDIES.get(finding.path, f"write `{finding.path}: {{value: {bare:g}, source: ...}}`")
+    return REMEDIES.get(finding.path, finding.remedy)
 
 
 _LOADERS: Final[dict[str, Callable[[Path], Device]]] = {"radio": _radio, "cpu": _cpu, "battery": _battery}

@@ -132,3 +132,25 @@ def test_a_log_that_is_not_there(tmp_path, monkeypatch, capsys):
     status, _, told = netsim(monkeypatch, capsys, "calibrate", str(tmp_path / "none.csv"))
     assert status == 2
     assert "No such file" in told
+
+
+def test_a_file_is_not_overwritten_unless_forced(tmp_path, monkeypatch, capsys):
+    log, out = tmp_path / "log.csv", tmp_path / "medium.yaml"
+    log.write_text(GOOD, encoding="utf-8")
+    out.write_text("mine", encoding="utf-8")
+    status, _, told = netsim(monkeypatch, capsys, "calibrate", str(log), "--out", str(out))
+    assert (status, out.read_text(encoding="utf-8")) == (2, "mine")
+    assert "--force" in told
+    assert netsim(monkeypatch, capsys, "calibrate", str(log), "--out", str(out), "--force")[0] == 0
+    assert "medium:" in out.read_text(encoding="utf-8")
+    status, _, told = netsim(monkeypatch, capsys, "calibrate", str(log), "--out", str(tmp_path / "no" / "x.yaml"))
+    assert status == 2
+    assert "cannot write" in told
+
+
+def test_semicolons_are_suspected(tmp_path, monkeypatch, capsys):
+    log = tmp_path / "log.csv"
+    log.write_text(GOOD.replace(",", ";"), encoding="utf-8")
+    status, _, told = netsim(monkeypatch, capsys, "calibrate", str(log))
+    assert status == 2
+    assert "separated by semicolons" in told

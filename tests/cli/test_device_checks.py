@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from netsim.cli import main
+from netsim.errors import ScenarioError
 from netsim.models import device_tables
 
 SHIPPED = Path(device_tables.__file__).parent / "data"
@@ -110,3 +111,15 @@ def test_a_noise_that_makes_a_radio_deaf_is_warned_of(
     status, _, err = netsim(monkeypatch, capsys, "check", str(path))
     assert status == 0
     assert ("SX1276 is 22 dB deafer than its sensitivity of -126.5 dBm says; -117.0 dBm meets it" in err) == warned
+
+
+def test_of_a_table_of_another_kind_only_that_is_said(folder: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        device_tables.load_radio(str(SHIPPED / "cpus" / "msp430.yaml"), folder)
+    assert [finding.path for finding in caught.value.findings] == ["kind"]
+
+
+def test_a_bare_number_is_shown_with_its_source(folder: Path) -> None:
+    (folder / "mine.yaml").write_text("extends: cc2420.yaml\nlisten_ma: 18.8\n")
+    with pytest.raises(ScenarioError, match=r"write `listen_ma: \{value: 18.8, source: ...\}`"):
+        device_tables.load_radio("mine.yaml", folder)

@@ -1,11 +1,13 @@
 """`netsim lifetime` on the folder of a run."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from netsim.cli.lifetime import _days
 from netsim.errors import ScenarioError
 from netsim.scenario.outlook import outlook
 
@@ -35,3 +37,7 @@ def test_a_folder_without_a_run_is_said_in_one_line(tmp_path: Path) -> None:
     text = str(caught.value)
     assert text.count(str(tmp_path)) == 1
     assert "got: no such file; give the folder that `netsim run` wrote" in text
+
+
+def test_times_under_a_day_are_in_hours_or_seconds() -> None:
+    assert [_days(days) for days in (math.inf, 2.5, 0.5, 0.001)] == ["never", "2.5", "12 h", "86.4 s"]

@@ -48,6 +48,7 @@ def test_incidents_are_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) 
             "energy_refused": {"send": 4, "sense": 1},
             "clock_error_max_s": 0.0008949,
             "clock_error_rms_s": 0.0002558,
+            "clock_spread_last_s": 0.00002,
             "energy_harvested_j": 0.5,
             "energy_spilled_j": 0.1,
         },
@@ -56,4 +57,12 @@ def test_incidents_are_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) 
     assert rows["energy allowance used up"] == "1 time, on 1 of 31 nodes"
     assert rows["refused for want of it"] == "4 send, 1 sense"
     assert rows["clock error, largest"] == "0.0008949 s (root mean square 0.0002558 s)"
+    assert rows["spread among the nodes at the last sample"] == "2e-05 s"
     assert rows["energy harvested"] == "0.5 J (0.1 J of it found the battery full)"
+
+
+def test_frames_are_told_by_kind_where_some_are_control(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    sent = {"radio_messages_by_kind": {"reading": 3}}
+    assert "by kind" not in told(quiet, sent | {"frames_by_kind": {"ack": 2, "reading": 3}})
+    rows = told(quiet, sent | {"frames_by_kind": {"ack": 2, "beacon": 40, "reading": 3}})
+    assert rows["by kind"] == "40 beacon, 3 reading, 2 ack"
