@@ -263,3 +263,53 @@ def test_after_a_stop_nothing_is_remembered_but_the_number():
     net.send(0, 1, b"again")
     net.run()
     assert [message.payload for _, message in net.delivered] == [b"again"]
+
+
+# --- a node that goes down ---------------------------------------------------------------------------------------------
+
+
+def drops(net, reason):
+    return [
+        (event.node, event.kind)
+        for _, event in net.events
+        if isinstance(event, MessageDropped) and event.reason == reason
+    ]
+
+
+def test_a_message_that_has_come_in_parts_is_lost_with_its_receiver():
+    """Of three fragments the last is lost on the way; then the receiver goes down."""
+    net = Net(2, rule=lambda node, number: (number < 2, number < 2))
+    net.send(0, 1, bytes(300))
+    net.clock.environment.run(until=3 * MS + MS // 2)
+    net.networks[1].give_up("crashed")
+    net.networks[1].stop()
+    assert drops(net, "crashed") == [(1, "k")]
+    net.clock.environment.run(until=120_000 * MS)
+    assert drops(net, "reassembly_timeout") == []
+    assert net.delivered == []
+
+
+def test_what_waits_for_another_try_is_lost_with_its_sender_and_told():
+    """No acknowledgement comes, a retry waits; the node goes down before it: its ticket learns why."""
+    net = Net(2, rule=lambda node, number: (False, False), settings=NetworkSettings(retries=3, retry_delay_s=10.0))
+    fate = net.send(0, 1, b"x")
+    net.clock.environment.run(until=2 * MS)
+    assert net.networks[0].pending == 1
+    net.networks[0].give_up("crashed")
+    net.networks[0].stop()
+    assert [(delivery.acknowledged, delivery.reason) for delivery in fate] == [(False, "crashed")]
+    assert drops(net, "crashed") == [(0, "k")]
+    net.clock.environment.run(until=60_000 * MS)
+    assert len(fate) == 1
+
+
+def test_a_flood_that_waits_to_be_passed_on_is_lost_with_its_node():
+    net = Net(3, settings=NetworkSettings(forward_delay_s=10.0))
+    net.networks[0].flood(5, "k", b"x", (), lambda delivery: None)
+    net.clock.environment.run(until=2 * MS)
+    assert net.networks[1].pending == 1
+    net.networks[1].give_up("died")
+    net.networks[1].stop()
+    net.clock.environment.run(until=60_000 * MS)
+    assert drops(net, "died") == [(1, "k")]
+    assert [node for node, _ in net.delivered] == [1]
