@@ -121,6 +121,9 @@ class RadioDevice:
 def lora_radio(radio: RadioDevice, settings: LoraParameters) -> RadioDevice:
     """The radio with other settings of its LoRa modem: symbol, preamble, bit rate and sensitivity follow from them.
 
+    As in LoRaSim, a frame that is `capture_db` above all else survives whichever began first: unless its table says
+    otherwise, the receiver leaves a frame for one that begins later and is so much above it and the noise.
+
     Raises:
         ScenarioError: If the radio has no LoRa modem.
     """
@@ -136,6 +139,7 @@ def lora_radio(radio: RadioDevice, settings: LoraParameters) -> RadioDevice:
         preamble_ns=settings.preamble_ns,
         sensitivity_dbm=phy.sensitivity_dbm,
         preamble_lock_sinr_db=phy.threshold_db,
+        capture_sinr_db=phy.capture_db if radio.capture_sinr_db is None else radio.capture_sinr_db,
         modulation=LoraChirps(phy.threshold_db, phy.capture_db),
     )
 

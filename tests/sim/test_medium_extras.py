@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sim_rig import MS, NOISE_DBM, US, Rig, airtime_ns, mesh, sinr_medium
 
+from netsim.models.device_tables import load_radio
 from netsim.models.reception import frame_success_probability
 from netsim.sim.air import Link
 from netsim.sim.ideal_medium import IdealMedium
@@ -85,6 +87,31 @@ def test_a_capturer_is_lost_if_its_receiver_falls_asleep():
     rig.on_air(2 * MS, 2)
     rig.at(2 * MS + 300 * US, rig.stations[1].radio.sleep)
     assert rig.run().outcomes() == [{1: "captured"}, {1: "asleep"}]
+
+
+class Lora(Rig):
+    """A rig of LoRa radios."""
+
+    def _station(self, node, recorder, capacity_j, full):
+        self.device = load_radio("sx1276", Path())
+        return super()._station(node, recorder, capacity_j, full)
+
+
+@pytest.mark.parametrize("strong_first", [True, False])
+@pytest.mark.parametrize("above_db", [7.0, 5.0])
+def test_of_two_lora_frames_that_overlap_the_stronger_survives_by_6_db(above_db, strong_first):
+    """LoRaSim: whichever began first; nearer to each other both are lost."""
+    rig = Lora({(0, 1): -60.0, (2, 1): -60.0 - above_db})
+    first, second = (0, 2) if strong_first else (2, 0)
+    rig.on_air(1 * MS, first)
+    rig.on_air(20 * MS, second)
+    rig.run(500 * MS)
+    strong, weak = (rig.outcomes(source=source)[0][1] for source in (0, 2))
+    if above_db > 6.0:
+        assert strong == "received"
+        assert weak == ("busy" if strong_first else "captured")
+    else:
+        assert {strong, weak} == {"collided", "busy"}
 
 
 def jammed(rig, from_ns, to_ns, power_dbm, node=1):
