@@ -4,6 +4,12 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# Checks of a change are the same each time; whoever works on the code tries other examples with every run.
+settings.register_profile("checks", derandomize=True, deadline=None)
+settings.register_profile("work", deadline=None)
+settings.load_profile("checks" if os.environ.get("CI") else "work")
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -33,7 +33,7 @@ FOLLOWS = {
     "switch": {"transmit", "listen", "receive", "switch", "sleep", "idle"},
     "transmit": {"switch", "transmit"},
     "sleep": {"switch"},
-    "idle": {"switch"},
+    "idle": {"switch", "sleep"},
 }
 """What state can come after what; dead can after any."""
 
