@@ -197,15 +197,17 @@ def _usc() -> str:
     ]
     upper = np.triu_indices(225, 1)
     distance_m = np.hypot(*(positions_m[upper[0]] - positions_m[upper[1]]).T)
-    figure, axis = page.axes(height=3.6)
-    axis.semilogx(distance_m[::4], gains[upper][::4], ".", ms=2, color=page.GREY, alpha=0.5, label="file")
+    figure, sides = page.axes(2, width=10.0, height=3.8)
     ours_db = link_gains_db(positions_m, range(225), medium, Streams(1))[upper]
-    axis.semilogx(1.012 * distance_m[::4], ours_db[::4], ".", ms=2, color=page.BLUE, alpha=0.4, label="netsim, seed 1")
     fine = np.array([10.0, 200.0])
-    axis.plot(fine, -55.0 - 30.0 * np.log10(fine), color=page.ORANGE, label="exponent 3, 55 dB at 1 m")
-    axis.set(xlabel="distance (m)", ylabel="gain (dB)")
-    axis.set_title("Links of the USC generator and of netsim's, 225 nodes")
-    axis.legend(markerscale=5)
+    for axis, name, gain_db, colour in zip(
+        sides, ("TOSSIM's file", "netsim, seed 1"), (gains[upper], ours_db), (page.GREY, page.BLUE), strict=True
+    ):
+        axis.semilogx(distance_m[::4], gain_db[::4], ".", ms=2, color=colour, alpha=0.5)
+        axis.plot(fine, -55.0 - 30.0 * np.log10(fine), color=page.ORANGE, label="exponent 3, 55 dB at 1 m")
+        axis.set(xlabel="distance (m)", ylabel="gain (dB)", ylim=(-140.0, -65.0))
+        axis.set_title(f"{name}: links of 225 nodes")
+        axis.legend()
     picture = page.save(figure, "usc", "Link gains over distance: the USC generator's file and netsim's generator")
     header = ["statistic", "parameters", "file", "netsim, mean of 20 seeds", "sd over seeds", "file's score"]
     return f"""\

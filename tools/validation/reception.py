@@ -151,7 +151,7 @@ def _packet_errors(stored: dict[str, Any]) -> str:
         for dbm, snr, rate, ns3, lost, a, b, ok in zip(
             power_dbm, setting.PER_SNR_DB, expected, theirs, losses.lost, low, high, inside, strict=True)
     ]  # fmt: skip
-    figure, axis = page.axes()
+    figure, (axis, difference) = page.axes(2, width=10.0)
     pooled = _pooled(expected)
     fine = np.linspace(-3.0, 2.75, 300)
     axis.plot(
@@ -159,8 +159,6 @@ def _packet_errors(stored: dict[str, Any]) -> str:
         1.0 - np.asarray(frame_success_probability(10.0 ** (fine / 10.0), setting.PER_BITS)),
         color=page.GREY, label="formula, (1 - BER)^408",
     )  # fmt: skip
-    axis.vlines(power_dbm, low / losses.frames, high / losses.frames, color=page.BLUE, alpha=0.35, lw=6,
-                label="99 % binomial interval")  # fmt: skip
     axis.plot(power_dbm, losses.lost / losses.frames, ".", ms=9, color=page.BLUE, label="netsim, frames simulated")
     axis.plot(power_dbm, theirs, "x", color=page.RED, label="ns-3 error model")
     axis.set(xlabel="received power (dBm)", ylabel="packet error rate")
@@ -168,6 +166,12 @@ def _packet_errors(stored: dict[str, Any]) -> str:
         f"Frames of {setting.PER_PSDU_BYTE} bytes at {setting.NOISE_DBM} dBm of noise, {losses.frames:,} each"
     )
     axis.legend()
+    difference.vlines(power_dbm, low / losses.frames - expected, high / losses.frames - expected, color=page.BLUE,
+                      alpha=0.35, lw=6, label="99 % binomial interval")  # fmt: skip
+    difference.plot(power_dbm, losses.lost / losses.frames - expected, ".", ms=9, color=page.BLUE, label="netsim")
+    difference.plot(power_dbm, theirs - expected, "x", color=page.RED, label="ns-3 error model")
+    difference.set(xlabel="received power (dBm)", ylabel="packet error rate less formula")
+    difference.legend(loc="lower right")
     picture = page.save(figure, "packet-error-rate", "Simulated packet error rates inside their binomial intervals")
     header = ["power (dBm)", "SNR (dB)", "formula", "ns-3", "simulated", "99 % interval", "inside"]
     return f"""\
