@@ -6,7 +6,7 @@ from itertools import groupby
 from typing import Any, Final
 
 from netsim.errors import ScenarioError
-from netsim.metrics.definitions import communication, energy, inference, runs
+from netsim.metrics.definitions import communication, energy, inference, lifetime, runs
 from netsim.metrics.metric import Metric
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 CATALOGUE: Final[Mapping[str, Metric]] = {
-    metric.name: metric for module in (runs, inference, communication, energy) for metric in module.METRICS
+    metric.name: metric for module in (runs, inference, communication, energy, lifetime) for metric in module.METRICS
 }
 """Every metric by its name in `metrics.json`, in the order of the documentation."""
 

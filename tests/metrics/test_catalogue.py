@@ -16,7 +16,9 @@ from netsim.metrics.catalogue import (
     markdown_table,
     metric_of,
 )
+from netsim.metrics.reach import Reach
 from netsim.scenario.load import load
+from netsim.scenario.outlook import lifetime_figures
 from netsim.scenario.run import run
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "metrics.md"
@@ -25,12 +27,14 @@ NO_NUMBER = {"scenario", "seed", "interrupted", "energy_most_node"}
 
 @pytest.fixture(scope="module")
 def figures(scenarios: Path) -> list[dict[str, object]]:
-    """What the shipped scenarios give, in the order of their files."""
-    return [
-        dict(run(load(path)).metrics)
-        for path in sorted(scenarios.rglob("*.yaml"))
-        if "kind: scenario" in path.read_text()
-    ]
+    """What the shipped scenarios give, in the order of their files, with the lifetimes where they plan a day."""
+    return [_all_of(path) for path in sorted(scenarios.rglob("*.yaml")) if "kind: scenario" in path.read_text()]
+
+
+def _all_of(path: Path) -> dict[str, object]:
+    loaded, reach = load(path), Reach()
+    metrics = run(loaded, observers=[reach]).metrics
+    return {**metrics, **lifetime_figures(loaded, metrics, reach.links, reach.hosts)}
 
 
 def test_what_scenarios_give_is_what_is_defined(figures: list[dict[str, object]]) -> None:

@@ -1,10 +1,6 @@
-"""Joules, allowances, and how long the nodes last."""
+"""Joules, and what became of energy allowances."""
 
 from netsim.metrics.metric import grouped
-
-EXTRAPOLATED = (
-    "An extrapolation from the run by the scenario's `duty_plan`, not simulated; missing without such a plan."
-)
 
 METRICS = (
     *grouped(
