@@ -5,8 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 MINUS = "\N{MINUS SIGN}"
-PREFIXES = ((1e-12, "p"), (1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
-WITH_PREFIX = {"J": "J", "s": "s"}
+PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 MOST_DECIMALS = 9
 
 
@@ -95,6 +94,8 @@ def interval(low: float, high: float, scale: Scale) -> str:
 
 
 def percent(share: float) -> str:
-    """A relative difference: `−15 %`; whole percents from 10 on."""
+    """A relative difference: `−15 %`; two digits at least."""
     value = 100 * share
-    return f"{signed(value, 0 if abs(value) >= 9.95 else 1)} %" if math.isfinite(value) else ""
+    if not math.isfinite(value):
+        return ""
+    return f"{signed(value, 0) if abs(value) >= 9.95 else signed(value, digits=2)} %"

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from netsim.study.report.blocks import Page
+from netsim.study.reporting.blocks import Page
 
 TOKEN = re.compile(r"\\(?P<plain>.)|\*\*(?P<bold>.+?)(?<!\\)\*\*|`(?P<code>[^`]*)`")
 
