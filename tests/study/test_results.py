@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
+from study_records import outcomes, study, tasks, trials
 
 import netsim
 from netsim.errors import ScenarioError
@@ -15,7 +16,6 @@ from netsim.study.info import INFO_FILE, NODES, RESULTS
 from netsim.study.results import load_study, node_table, trial_table
 from netsim.study.tables import read_table, typed, write_tables
 from netsim.study.trial import Outcome
-from tests.study.records import outcomes, study, tasks, trials
 
 
 def written(folder, info, table, nodes=None):
