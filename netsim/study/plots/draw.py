@@ -4,12 +4,22 @@ from collections.abc import Callable, Iterator, Mapping
 
 import matplotlib as mpl
 
+from netsim.study.plots.bars import energy_plots
+from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
+from netsim.study.plots.nodes import node_plots
 from netsim.study.plots.style import RC, Plot
 from netsim.study.plots.tradeoff import tradeoff_plots
+from netsim.study.plots.trend import trend_plots
 from netsim.study.reporting.view import View
 
 TOPICS: Mapping[str, Callable[[View], Iterator[Plot]]] = {
     "tradeoff": tradeoff_plots,
+    "differences": difference_plots,
+    "trend": trend_plots,
+    "published": published_plots,
+    "energy": energy_plots,
+    "nodes": node_plots,
+    "lifetime": lifetime_plots,
 }
 
 

@@ -1,39 +1,89 @@
 """Names beside points, so that none lies on another name or on a point."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
 from netsim.study.plots.style import INK
 
 GAP_PT = 6.0
-PLACES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
+PLACES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
 """Directions in which a name may lie from its point, best first."""
-RADII = (1.0, 2.2, 3.6)
+RADII = (1.0, 2.2, 3.4)
+SAME_PX = 4.0
+"""Points no further apart share a name."""
 ALIGN_X = {1: "left", 0: "center", -1: "right"}
 ALIGN_Y = {1: "bottom", 0: "center", -1: "top"}
 
 
-def label_points(axis: Any, names: Sequence[tuple[float, float, str]], obstacles: Sequence[tuple[float, float]]) -> None:
-    """Write names beside points of a panel; the layout of the figure must be settled.
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point of a panel with its bars, and its name if it is to have one; in data coordinates.
 
-    Args:
-        axis: The panel.
-        names: x, y and name of each point, in data coordinates.
-        obstacles: All points of the panel.
+    Attributes:
+        x: Where it is.
+        y: Likewise.
+        half_x: Half the length of its horizontal bar.
+        half_y: Half the length of its vertical bar.
+        name: What to write beside it; empty for nothing.
     """
+
+    x: float
+    y: float
+    half_x: float = 0.0
+    half_y: float = 0.0
+    name: str = ""
+
+
+def label_points(axis: Any, marks: Sequence[Mark]) -> None:
+    """Write names beside points of a panel; the layout of the figure must be settled."""
     figure: Figure = axis.figure
     renderer = FigureCanvasAgg(figure).get_renderer()
-    points = axis.transData.transform(np.asarray(obstacles, dtype=float))
-    taken: list[Bbox] = [Bbox.from_bounds(x - 5, y - 5, 10, 10) for x, y in points]
+    taken = [box for mark in marks for box in _boxes(axis, mark)]
     frame = axis.get_window_extent(renderer)
-    for x, y, name in names:
-        text = axis.annotate(name, (x, y), xytext=(0, 0), textcoords="offset points", fontsize=8, color=INK, zorder=9)
-        taken.append(_place(text, renderer, taken, frame))
+    for mark in _together(axis, marks):
+        if mark.name:
+            text = axis.annotate(mark.name, (mark.x, mark.y), xytext=(0, 0), textcoords="offset points", fontsize=8,
+                                 color=INK, zorder=9)  # fmt: skip
+            text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+            taken.append(_place(text, renderer, taken, frame))
+
+
+def _together(axis: Any, marks: Sequence[Mark]) -> list[Mark]:
+    """The marks with a name, those at one place with their names on one mark, a line each."""
+    groups: list[list[Mark]] = []
+    for mark in (each for each in marks if each.name):
+        here = axis.transData.transform((mark.x, mark.y))
+        for group in groups:
+            if np.hypot(*(axis.transData.transform((group[0].x, group[0].y)) - here)) <= SAME_PX:
+                group.append(mark)
+                break
+        else:
+            groups.append([mark])
+    return [replace(group[0], name="\n".join(mark.name for mark in group)) for group in groups]
+
+
+def _boxes(axis: Any, mark: Mark) -> list[Bbox]:
+    """What a point and its bars cover, in pixels."""
+    low_x = mark.x - mark.half_x if axis.get_xscale() == "linear" else max(mark.x - mark.half_x, mark.x * 1e-3)
+    ends = [
+        (low_x, mark.y),
+        (mark.x + mark.half_x, mark.y),
+        (mark.x, mark.y - mark.half_y),
+        (mark.x, mark.y + mark.half_y),
+    ]
+    (left, y), (right, _), (x, below), (_, above) = axis.transData.transform(np.asarray(ends, dtype=float))
+    return [
+        Bbox.from_extents(x - 6, y - 6, x + 6, y + 6),
+        Bbox.from_extents(left, y - 2, right, y + 2),
+        Bbox.from_extents(x - 2, below, x + 2, above),
+    ]
 
 
 def _place(text: Any, renderer: Any, taken: Sequence[Bbox], frame: Bbox) -> Bbox:

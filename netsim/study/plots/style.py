@@ -7,6 +7,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from netsim.study.info import AxisInfo
 from netsim.study.levels import label_of
@@ -71,7 +72,9 @@ def render(figure: Figure, kind: str) -> bytes:
     return stream.getvalue()
 
 
-def panels(rows: int, columns: int, height_in: float, *, width_in: float = WIDTH_IN, **kwargs: Any) -> tuple[Figure, Any]:
+def panels(
+    rows: int, columns: int, height_in: float, *, width_in: float = WIDTH_IN, **kwargs: Any
+) -> tuple[Figure, Any]:
     """A figure with a grid of axes, and these as a two-dimensional array.
 
     Args:
@@ -104,6 +107,20 @@ def markers_of(axis: AxisInfo | None) -> dict[str, str]:
 def spans_decades(values: Sequence[float], ratio: float = 20.0) -> bool:
     """Whether positive values are better shown on a log axis."""
     return bool(values) and min(values) > 0 and max(values) / min(values) >= ratio
+
+
+def log_scale(axis: Any, values: Sequence[float]) -> None:
+    """Make an axis logarithmic, with numbers as one writes them.
+
+    Args:
+        axis: `panel.xaxis` or `panel.yaxis`.
+        values: Positive, what is to be shown.
+    """
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    narrow = max(values) / min(values) < 300
+    axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def shorten(text: str, most: int = 34) -> str:

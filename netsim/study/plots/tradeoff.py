@@ -6,20 +6,29 @@ from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from netsim.study.levels import label_of
-from netsim.study.plots.labels import label_points
-from netsim.study.plots.style import INK, SOFT, WIDTH_IN, Plot, colours_of, markers_of, panels, shorten, spans_decades
+from netsim.study.plots.labels import Mark, label_points
+from netsim.study.plots.style import (
+    INK,
+    SOFT,
+    WIDTH_IN,
+    Plot,
+    colours_of,
+    log_scale,
+    markers_of,
+    panels,
+    shorten,
+    spans_decades,
+)
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of, title_of, title_with
 from netsim.study.reporting.view import View
 
-MOST_TOGETHER = 12
-"""So many panels in one figure."""
 MOST_SETTINGS = 9
+"""So many settings of the circumstances get a panel."""
 MOST_NAMES = 7
-"""So many points of a panel all get their names; of more only the Pareto set."""
+"""So many points of a panel all get their names, if one choice tells them apart."""
 
 
 def tradeoff_plots(view: View) -> Iterator[Plot]:
@@ -59,7 +68,9 @@ def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
     _legend(view, figure)
     _names(view, figure, axes, wanted)
     costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
-    return Plot(stem, figure, _caption(view, wanted), f"Scatter plot of {title_of(str(view.error))} against {', '.join(costs)}")
+    return Plot(
+        stem, figure, _caption(view, wanted), f"Scatter plot of {title_of(str(view.error))} against {', '.join(costs)}"
+    )
 
 
 def _caption(view: View, wanted: Sequence[Panel]) -> str:
@@ -89,17 +100,14 @@ def _point(view: View, variant: int, cost: str) -> tuple[float, float] | None:
 
 def _scatter(view: View, axis: Any, panel: Panel) -> None:
     cost, where, variants = panel
-    error = str(view.error)
     colours, markers = colours_of(_axis(view, 0)), markers_of(_axis(view, 1))
-    factors = view.scale(cost).factor, view.scale(error).factor
     members = view.pareto(cost, variants)
     for variant in variants:
         point = _point(view, variant, cost)
         if point is None:
             continue
         colour = colours.get(_label(view, variant, 0), SOFT)
-        halves = [view.estimate(variant, name).half * factor for name, factor in zip((cost, error), factors, strict=True)]
-        bars = [0.0 if math.isnan(half) else half for half in halves]
+        bars = _bars(view, variant, cost)
         axis.errorbar(*point, xerr=bars[0], yerr=bars[1], fmt=markers.get(_label(view, variant, 1), "o"), color=colour, ms=5.5,
                       elinewidth=1, capsize=2, zorder=5)  # fmt: skip
     line = [point for variant in members if (point := _point(view, variant, cost)) is not None]
@@ -113,16 +121,18 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
     """A log axis for a cost that spans decades, in all panels of it alike."""
     for cost in dict.fromkeys(cost for cost, _, _ in wanted):
-        values = [point[0] for _, _, found in wanted for each in found if (point := _point(view, each, cost)) is not None]
+        values = [
+            point[0] for _, _, found in wanted for each in found if (point := _point(view, each, cost)) is not None
+        ]
         for axis, panel in zip(axes.flat, wanted, strict=False):
             if panel[0] == cost and spans_decades(values):
-                axis.set_xscale("log")
-                axis.xaxis.set_major_locator(LogLocator(numticks=6))
-                axis.xaxis.set_minor_formatter(NullFormatter())
+                log_scale(axis.xaxis, values)
 
 
 def _legend(view: View, figure: Figure) -> None:
     """Below all panels: colours of the first choice, markers of the second."""
+    if all(_all_named(view, variants) for variants in view.settings.values()):
+        return
     handles = []
     first, second = _axis(view, 0), _axis(view, 1)
     for axis, looks in ((first, "colour"), (second, "marker")):
@@ -137,14 +147,34 @@ def _legend(view: View, figure: Figure) -> None:
 
 
 def _names(view: View, figure: Figure, axes: Any, wanted: Sequence[Panel]) -> None:
-    """The points' names; where there are many, those of the Pareto set."""
+    """Names beside the points, where colour and marker do not tell them already."""
+    if len(view.choices) == 2:
+        return
     figure.draw_without_rendering()
     left_out = [axis.name for axis in view.conditions]
     for axis, (cost, _, variants) in zip(axes.flat, wanted, strict=False):
         there = {variant: point for variant in variants if (point := _point(view, variant, cost)) is not None}
-        named = list(there) if len(there) <= MOST_NAMES else [each for each in view.pareto(cost, variants) if each in there]
-        points = [(*there[variant], shorten(view.name(variant, left_out), 26)) for variant in named]
-        label_points(axis, points, list(there.values()))
+        named = set(there if _all_named(view, variants) else view.pareto(cost, variants))
+        label_points(
+            axis,
+            [
+                Mark(
+                    *point, *_bars(view, variant, cost), shorten(view.name(variant, left_out), 26) * (variant in named)
+                )
+                for variant, point in there.items()
+            ],
+        )
+
+
+def _all_named(view: View, variants: Sequence[int]) -> bool:
+    return len(view.choices) < 2 and len(variants) <= MOST_NAMES
+
+
+def _bars(view: View, variant: int, cost: str) -> tuple[float, float]:
+    """Half the lengths of a point's bars; 0 where there is no interval."""
+    halves = [view.estimate(variant, name).half * view.scale(name).factor for name in (cost, str(view.error))]
+    x, y = (0.0 if math.isnan(half) else half for half in halves)
+    return x, y
 
 
 def _axis(view: View, place: int) -> Any:

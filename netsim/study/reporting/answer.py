@@ -170,4 +170,6 @@ def _members(view: View, cost: str) -> str:
 def _alone(view: View) -> str:
     """The figures of the only variant."""
     found = ", ".join(f"{title_of(metric)} {value_of(view, view.variants[0], metric)}" for metric in view.compared)
-    return f"One variant, nothing to compare it with: {found}." if found else "None of the metrics asked for has figures."
+    return (
+        f"One variant, nothing to compare it with: {found}." if found else "None of the metrics asked for has figures."
+    )

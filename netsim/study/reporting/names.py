@@ -78,7 +78,9 @@ def variant_name(levels: Mapping[str, Any], axes: Sequence[AxisInfo], left_out: 
     told = told or [axis for axis in axes if axis.name not in left_out]
     seen = [str(levels[axis.name]) for axis in told]
     parts = [
-        f"{axis.name} {label_of(levels[axis.name])}" if seen.count(name) > 1 else level_name(axis.name, levels[axis.name])
+        f"{axis.name} {label_of(levels[axis.name])}"
+        if seen.count(name) > 1
+        else level_name(axis.name, levels[axis.name])
         for axis, name in zip(told, seen, strict=True)
     ]
     return ", ".join(parts)

@@ -57,7 +57,9 @@ def lifetimes(view: View) -> Table | None:
     if not view.lifetimes or not view.variants:
         return None
     header = (*_head(view), *(title_with(name, "days") for name in view.lifetimes))
-    rows = tuple((*_levels(view, number), *(_days(view, number, name) for name in view.lifetimes)) for number in view.variants)
+    rows = tuple(
+        (*_levels(view, number), *(_days(view, number, name) for name in view.lifetimes)) for number in view.variants
+    )
     caption = (
         "Mean ± half of the 95 % interval over the trials in which it happens. Extrapolated from the run by the scenario's "
         "`duty_plan`, not simulated; “never” where nobody's battery runs down to that."
@@ -86,7 +88,13 @@ def failures(view: View, most: int = 20) -> Table | None:
     if not rows:
         return None
     shown = tuple(
-        (str(row["trial"]), plain(view.name(row["variant"])), str(row["repetition"]), plain(row["error"]), code(row["command"]))
+        (
+            str(row["trial"]),
+            plain(view.name(row["variant"])),
+            str(row["repetition"]),
+            plain(row["error"]),
+            code(row["command"]),
+        )
         for row in rows[:most]
     )
     left = f" {len(rows) - most} more failed; see results.csv." if len(rows) > most else ""
@@ -222,4 +230,3 @@ def _head(view: View) -> tuple[str, ...]:
 def _levels(view: View, variant: int) -> tuple[str, ...]:
     levels = view.levels(variant)
     return (str(variant), *(plain(label_of(levels[axis])) for axis in view.info.axis_names))
-
