@@ -53,7 +53,7 @@ class StudyResults:
             `command` (to be typed in the study's folder), then every scalar metric in the catalogue's order, those in
             dictionaries by dotted names; those of a node are in `nodes`.
         nodes: One row a trial and node: `trial`, `variant`, `repetition`, `node`, `name`, `group`, `role`, `x_m`, `y_m`,
-            `energy_j`, `death_s`.
+            `energy_j`, `energy_beyond_listening_j`, `death_s`.
         folder: Where it lies.
     """
 

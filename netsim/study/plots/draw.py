@@ -7,7 +7,7 @@ import matplotlib as mpl
 from netsim.study.plots.bars import energy_plots
 from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
 from netsim.study.plots.nodes import node_plots
-from netsim.study.plots.style import RC, Plot
+from netsim.study.plots.style import RC, Plot, settle
 from netsim.study.plots.tradeoff import tradeoff_plots
 from netsim.study.plots.trend import trend_plots
 from netsim.study.reporting.view import View
@@ -28,4 +28,8 @@ def draw(view: View) -> dict[str, list[Plot]]:
     if not view.variants:
         return {}
     with mpl.rc_context(dict(RC)):
-        return {topic: list(make(view)) for topic, make in TOPICS.items()}
+        plots = {topic: list(make(view)) for topic, make in TOPICS.items()}
+        for found in plots.values():
+            for plot in found:
+                settle(plot.figure)
+        return plots

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from netsim.study.differences import EQUAL, HIGHER, LOWER
 from netsim.study.levels import label_of
@@ -15,6 +16,7 @@ from netsim.study.plots.style import (
     WIDTH_IN,
     Plot,
     colours_of,
+    grid_of,
     log_scale,
     panels,
     shorten,
@@ -40,20 +42,21 @@ def difference_plots(view: View) -> Iterator[Plot]:
     if not metrics:
         return
     keys = list(dict.fromkeys(_key(view, row) for row in _known(view, metrics[0])))[:MOST_ROWS]
-    columns = min(3, len(metrics))
-    rows = math.ceil(len(metrics) / columns)
+    rows, columns = grid_of(len(metrics))
     figure, axes = panels(rows, columns, rows * (1.0 + 0.21 * len(keys)) + 0.2, sharey=True)
     for panel, metric in zip(axes.flat, metrics, strict=False):
         _differences(view, panel, metric, keys)
     for panel in list(axes.flat)[len(metrics) :]:
         panel.set_axis_off()
     for panel in axes[:, 0]:
-        panel.set_yticks(range(len(keys)), [shorten(key) for key in keys])
+        panel.set_yticks(range(len(keys)), [shorten(key, 44) for key in keys])
     axes[0][0].set_ylim(len(keys) - 0.4, -0.6)
     base = plain(level_name(axis, view.info.baseline))
+    levels = _levels(view)
+    what = f"Mean difference of {plain(levels[0])}" if len(levels) == 1 else "Mean difference"
     caption = (
-        f"Mean difference from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: "
-        "the interval excludes 0; hollow: undecided."
+        f"{what} from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: the "
+        "interval, taken by itself, excludes 0; hollow: it does not."
     )
     yield Plot("differences", figure, caption, f"Paired differences against {base}")
 
@@ -133,8 +136,17 @@ def _known(view: View, metric: str) -> list[Row]:
 def _key(view: View, row: Row) -> str:
     """A row's setting and level in words."""
     axis = str(view.info.compare_axis)
-    others = [name for name in view.info.axis_names if name != axis]
-    return ", ".join([*(level_name(name, row[name]) for name in others), level_name(axis, row[axis])])
+    others = [each.name for each in view.info.axes if each.name != axis and len(each.levels) > 1]
+    told = [axis] if len(_levels(view)) > 1 or not others else []
+    return ", ".join(
+        [*(level_name(name, row[name]) for name in others), *(level_name(name, row[name]) for name in told)]
+    )
+
+
+def _levels(view: View) -> list[str]:
+    """The levels that are compared with the baseline, in words."""
+    axis = next(each for each in view.info.axes if each.name == view.info.compare_axis)
+    return [level_name(axis.name, each) for each in axis.levels if label_of(each) != label_of(view.info.baseline)]
 
 
 def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> None:
@@ -150,5 +162,10 @@ def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> No
         half = 100 * (float(row["high"]) - float(row["low"])) / 2 / base
         panel.errorbar(100 * float(row["difference"]) / base, keys.index(key), xerr=half, fmt="o", ms=5, color=colour,
                        mfc=colour if sure else "white", elinewidth=1.2, capsize=2, zorder=4)  # fmt: skip
+    low, high = panel.get_xlim()
+    if high - low < 1e-9 or all(row["verdict"] == EQUAL for row in _known(view, metric)):
+        panel.set_xlim(-1, 1)
+    panel.xaxis.set_major_locator(MaxNLocator(5))
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     panel.set_title(title_of(metric))
     panel.set_xlabel("difference (%)")

@@ -1,33 +1,50 @@
 """The energy of each node on the map, a panel a variant, one scale of colours for all of them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from netsim.study.plots.style import INK, SOFT, Plot, panels, shorten
-from netsim.study.reporting.numbers import Scale, number, scale_for
+from netsim.study.reporting.names import title_of
+from netsim.study.reporting.numbers import scale_for
 from netsim.study.reporting.view import View
 
 MOST_PANELS = 9
 MOST_NAMES = 16
 """So many nodes have their names written beside them."""
-SIMILAR = 0.2
-"""Below this share of the mean, what matters are the differences between nodes."""
-ENERGY = "energy_j"
+ENERGIES = ("energy_beyond_listening_j", "energy_j")
+"""Columns of the table of nodes; the first one that is not the same everywhere tells more."""
+
+
+@dataclass(frozen=True)
+class Maps:
+    """What is drawn.
+
+    Attributes:
+        energy: The column shown.
+        by_variant: Each node's mean energy, and where it stands.
+        moved: Whether nodes stand elsewhere in another repetition.
+    """
+
+    energy: str
+    by_variant: Mapping[int, pd.DataFrame]
+    moved: bool
 
 
 def node_plots(view: View) -> Iterator[Plot]:
     """The map, if positions and energies are known."""
     nodes = view.results.nodes
-    if nodes.empty or not {"x_m", "y_m", ENERGY, "node"} <= set(nodes.columns):
+    energy = next((name for name in ENERGIES if name in nodes.columns and nodes[name].fillna(0.0).max() > 0), None)
+    if energy is None or not {"x_m", "y_m", "node", "repetition"} <= set(nodes.columns):
         return
-    chosen = _chosen(view)
-    maps = {variant: found for variant in chosen if len(found := _means(nodes[nodes["variant"] == variant]))}
-    if maps:
-        yield _plot(view, maps, moved=_moved(nodes))
+    found = {variant: _means(nodes[nodes["variant"] == variant], energy) for variant in _chosen(view)}
+    there = {variant: table for variant, table in found.items() if len(table)}
+    if there:
+        yield _plot(view, Maps(energy, there, _moved(nodes)))
 
 
 def _chosen(view: View) -> list[int]:
@@ -38,93 +55,71 @@ def _chosen(view: View) -> list[int]:
     return sorted(list(dict.fromkeys((*members, *view.variants)))[:MOST_PANELS])
 
 
-def _means(nodes: pd.DataFrame) -> pd.DataFrame:
+def _means(nodes: pd.DataFrame, energy: str) -> pd.DataFrame:
     """Each node's mean energy and its first position."""
-    known = nodes[nodes[ENERGY].notna()].sort_values(["repetition", "node"])
-    groups = known.astype({ENERGY: float}).groupby("node")
+    known = nodes[nodes[energy].notna()].sort_values(["repetition", "node"])
+    groups = known.astype({energy: float}).groupby("node")
     firsts = groups[[name for name in ("name", "role", "x_m", "y_m") if name in known.columns]].first()
-    return firsts.assign(**{ENERGY: groups[ENERGY].mean()})
+    return firsts.assign(**{energy: groups[energy].mean()})
 
 
 def _moved(nodes: pd.DataFrame) -> bool:
-    """Whether nodes stand elsewhere in another repetition."""
-    spread = nodes.groupby(["variant", "node"])[["x_m", "y_m"]].agg(lambda found: found.max() - found.min())
-    return bool((spread.to_numpy() > 1e-9).any())
+    places = nodes.groupby(["variant", "node"])[["x_m", "y_m"]]
+    return bool(((places.max() - places.min()).to_numpy() > 1e-9).any())
 
 
-def _plot(view: View, maps: dict[int, pd.DataFrame], *, moved: bool) -> Plot:
-    relative = all(_spread(found) < SIMILAR for found in maps.values())
-    values = {variant: found[ENERGY] - (found[ENERGY].min() if relative else 0.0) for variant, found in maps.items()}
-    everything = pd.concat(list(values.values())).tolist()
-    scale = scale_for("J", everything)
-    figure, axes = _grid(maps)
-    limits = (min(everything) * scale.factor, max(everything) * scale.factor)
+def _plot(view: View, maps: Maps) -> Plot:
+    everything = pd.concat([found[maps.energy] for found in maps.by_variant.values()])
+    scale = scale_for("J", [float(everything.max())])
+    limits = (float(everything.min()) * scale.factor, float(everything.max()) * scale.factor)
+    figure, axes = _grid(maps.by_variant)
     drawn: Any = None
-    for axis, (variant, found) in zip(axes.flat, maps.items(), strict=False):
-        drawn = _map(axis, found, values[variant] * scale.factor, limits)
+    for axis, (variant, found) in zip(axes.flat, maps.by_variant.items(), strict=False):
+        drawn = _map(axis, found, found[maps.energy] * scale.factor, limits)
         axis.set_title(shorten(view.name(variant), 36))
-        if relative:
-            axis.set_xlabel(f"x (m)    least: {_least(found)}")
-    for axis in list(axes.flat)[len(maps) :]:
+    for axis in list(axes.flat)[len(maps.by_variant) :]:
         axis.set_axis_off()
-    label = "energy above the variant's least node" if relative else "energy of a node"
-    figure.colorbar(drawn, ax=axes, label=f"{label} ({scale.unit})", shrink=0.85, pad=0.02, aspect=30)
-    return Plot("energy-by-node", figure, _caption(view, maps, relative, moved), "Maps of the nodes coloured by energy")
+    label = f"{title_of(maps.energy)} of a node ({scale.unit})"
+    figure.colorbar(drawn, ax=axes, label=label, shrink=0.85, pad=0.02, aspect=30)
+    return Plot("energy-by-node", figure, _caption(view, maps), "Maps of the nodes coloured by their energy")
 
 
-def _caption(view: View, maps: dict[int, pd.DataFrame], relative: bool, moved: bool) -> str:
-    text = "Energy that each node drew, mean over the trials, one scale of colours for all maps; sinks are squares."
-    if relative:
-        text += (
-            " The nodes of a variant draw almost the same, most of it for listening: colours show what a node draws above "
-            "the least of its variant."
-        )
-    if moved:
+def _caption(view: View, maps: Maps) -> str:
+    what = "without listening, sleep and idling" if maps.energy == ENERGIES[0] else "all in all"
+    text = f"What each node drew, {what}: mean over the trials, one scale of colours for all maps; sinks are squares."
+    if maps.moved:
         text += " Nodes stand elsewhere in each repetition: positions are those of the first one."
-    if len(maps) < len(view.variants):
-        text += f" {len(maps)} of {len(view.variants)} variants; all are in nodes.csv."
+    if len(maps.by_variant) < len(view.variants):
+        text += f" {len(maps.by_variant)} of {len(view.variants)} variants; all are in nodes.csv."
     return text
 
 
-def _spread(found: pd.DataFrame) -> float:
-    mean = float(found[ENERGY].mean())
-    return float(found[ENERGY].max() - found[ENERGY].min()) / mean if mean > 0 else math.inf
-
-
-def _least(found: pd.DataFrame) -> str:
-    least = float(found[ENERGY].min())
-    scale = scale_for("J", [least])
-    return f"{number(least * scale.factor)} {scale.unit}"
-
-
-def _grid(maps: dict[int, pd.DataFrame]) -> tuple[Figure, Any]:
+def _grid(maps: Mapping[int, pd.DataFrame]) -> tuple[Figure, Any]:
+    """Panels that have about the shape of the field."""
     columns = min(3, len(maps))
     rows = math.ceil(len(maps) / columns)
-    extents = [
-        (found["x_m"].max() - found["x_m"].min(), found["y_m"].max() - found["y_m"].min()) for found in maps.values()
-    ]
-    aspect = max((float(y) + 1e-9) / (float(x) + 1e-9) for x, y in extents)
-    width = (5.4, 8.0, 9.6)[columns - 1]
-    panel = (width - 1.2) / columns * min(1.4, max(0.35, aspect))
-    return panels(rows, columns, rows * (panel + 0.55) + 0.2, width_in=width, sharex=True, sharey=True)
+    sizes = [(float(found["x_m"].max() - found["x_m"].min()), float(found["y_m"].max() - found["y_m"].min()))
+             for found in maps.values()]  # fmt: skip
+    aspect = max((height + 1e-9) / (width + 1e-9) for width, height in sizes)
+    width_in = (5.0, 7.6, 9.0)[columns - 1]
+    panel_in = (width_in - 1.7) / columns * min(1.4, max(0.35, aspect))
+    return panels(rows, columns, rows * (panel_in + 0.3) + 0.35, width_in=width_in, sharex=True, sharey=True)
 
 
 def _map(axis: Any, found: pd.DataFrame, colours: "pd.Series[float]", limits: tuple[float, float]) -> Any:
     """One variant's map; what a colour bar is made of."""
-    low, high = limits
-    size = min(170.0, max(12.0, 5200.0 / max(1, len(found))))
-    roles = found["role"].tolist() if "role" in found.columns else [""] * len(found)
-    sinks = [role == "sink" for role in roles]
+    size = min(150.0, max(10.0, 4800.0 / len(found)))
+    sinks = found["role"] == "sink" if "role" in found.columns else pd.Series(data=False, index=found.index)
     drawn = None
-    for is_sink, marker, edge in ((False, "o", 0.6), (True, "s", 1.8)):
-        mask = [sink == is_sink for sink in sinks]
-        if any(mask):
-            drawn = axis.scatter(found["x_m"][mask], found["y_m"][mask], c=colours[mask], cmap="cividis", vmin=low, vmax=high,
-                                 s=size * (1.3 if is_sink else 1.0), marker=marker, edgecolors=INK, linewidths=edge,
-                                 zorder=3)  # fmt: skip
+    for which, marker, edge in ((~sinks, "o", 0.6), (sinks, "s", 1.8)):
+        if which.any():
+            place = found[which]
+            drawn = axis.scatter(place["x_m"], place["y_m"], c=colours[which], cmap="cividis", vmin=limits[0],
+                                 vmax=limits[1], s=size, marker=marker, edgecolors=INK, zorder=3,
+                                 linewidths=edge)  # fmt: skip
     if len(found) <= MOST_NAMES and "name" in found.columns:
         for name, x, y in zip(found["name"], found["x_m"], found["y_m"], strict=True):
-            axis.annotate(name, (x, y), xytext=(0, -9), textcoords="offset points", ha="center", va="top", fontsize=6.5,
+            axis.annotate(name, (x, y), xytext=(0, -8), textcoords="offset points", ha="center", va="top", fontsize=6.5,
                           color=SOFT)  # fmt: skip
     axis.set_aspect("equal")
     axis.margins(0.14)

@@ -1,6 +1,7 @@
 """How plots look: fonts, colours, markers; and how a figure becomes a file, the same bytes each time."""
 
 import io
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -63,6 +64,12 @@ class Plot:
     alt: str
 
 
+def settle(figure: Figure) -> None:
+    """Lay a figure out once and for all, instead of anew for each file."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
 def render(figure: Figure, kind: str) -> bytes:
     """A figure as PNG or SVG, without a date in it."""
     stream = io.BytesIO()
@@ -121,6 +128,12 @@ def log_scale(axis: Any, values: Sequence[float]) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def grid_of(count: int) -> tuple[int, int]:
+    """Rows and columns for so many panels: three abreast, two where that leaves fewer places empty."""
+    columns = 2 if count in (2, 4) else min(3, count)
+    return math.ceil(count / columns), columns
 
 
 def shorten(text: str, most: int = 34) -> str:

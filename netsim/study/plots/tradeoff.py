@@ -15,6 +15,7 @@ from netsim.study.plots.style import (
     WIDTH_IN,
     Plot,
     colours_of,
+    grid_of,
     log_scale,
     markers_of,
     panels,
@@ -51,8 +52,7 @@ Panel = tuple[str, str, Sequence[int]]
 
 
 def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
-    columns = 3 if len(wanted) % 3 == 0 or len(wanted) > 4 else min(2, len(wanted))
-    rows = math.ceil(len(wanted) / columns)
+    rows, columns = grid_of(len(wanted))
     one_cost = len({cost for cost, _, _ in wanted}) == 1
     width = WIDTH_IN if columns > 1 else 0.66 * WIDTH_IN
     figure, axes = panels(rows, columns, 0.5 + 2.9 * rows, width_in=width, sharey=True, sharex=one_cost)
@@ -108,8 +108,8 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
             continue
         colour = colours.get(_label(view, variant, 0), SOFT)
         bars = _bars(view, variant, cost)
-        axis.errorbar(*point, xerr=bars[0], yerr=bars[1], fmt=markers.get(_label(view, variant, 1), "o"), color=colour, ms=5.5,
-                      elinewidth=1, capsize=2, zorder=5)  # fmt: skip
+        axis.errorbar(*point, xerr=bars[0], yerr=bars[1], fmt=markers.get(_label(view, variant, 1), "o"), color=colour,
+                      ms=5.5, elinewidth=1, capsize=2, zorder=5)  # fmt: skip
     line = [point for variant in members if (point := _point(view, variant, cost)) is not None]
     axis.plot(*zip(*line, strict=True), "-", color=SOFT, lw=1, zorder=3)
     axis.plot(*zip(*line, strict=True), "o", mfc="none", mec=INK, ms=10, mew=1, zorder=6)

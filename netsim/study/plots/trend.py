@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from netsim.study.info import AxisInfo
 from netsim.study.levels import label_of
-from netsim.study.plots.style import PALETTE, SOFT, Plot, colours_of, log_scale, panels, shorten, spans_decades
+from netsim.study.plots.style import PALETTE, SOFT, Plot, colours_of, grid_of, log_scale, panels, shorten, spans_decades
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import is_ordered, title_with
 from netsim.study.reporting.view import View
@@ -32,8 +32,7 @@ def _plot(view: View, axis: AxisInfo, metrics: Sequence[str]) -> Plot:
     others = [each for each in view.info.axes if each != axis and len(each.levels) > 1]
     told, fixed = others[:2], {each.name: each.levels[0] for each in others[2:]}
     lines = _lines(view, axis, told, fixed)
-    columns = min(3, len(metrics))
-    rows = math.ceil(len(metrics) / columns)
+    rows, columns = grid_of(len(metrics))
     figure, axes = panels(rows, columns, 0.6 + 2.5 * rows, sharex=True)
     for panel, metric in zip(axes.flat, metrics, strict=False):
         for levels, variants in lines.items():
@@ -84,8 +83,10 @@ def _line(
     known = [variant for variant in variants if view.estimate(variant, metric).n]
     x = [float(view.levels(variant)[axis.name]) for variant in known]
     found = [view.estimate(variant, metric) for variant in known]
-    low = [each.mean * factor if math.isnan(each.low) else each.low * factor for each in found]
-    high = [each.mean * factor if math.isnan(each.high) else each.high * factor for each in found]
+    low = [(each.mean if math.isnan(each.low) else each.low) * factor for each in found]
+    if all(each.mean > 0 for each in found):  # a log axis knows no zero
+        low = [max(value, 1e-3 * each.mean * factor) for value, each in zip(low, found, strict=True)]
+    high = [(each.mean if math.isnan(each.high) else each.high) * factor for each in found]
     panel.fill_between(x, low, high, color=look["color"], alpha=0.14, linewidth=0)
     panel.plot(x, [each.mean * factor for each in found], marker="o", ms=4, lw=1.6, **look)
 
@@ -102,6 +103,7 @@ def _finish(view: View, panel: Any, metric: str, axis: AxisInfo) -> None:
     known = [mean for mean in means if not math.isnan(mean)]
     if spans_decades(known):
         log_scale(panel.yaxis, known)
+        panel.set_ylim(bottom=min(known) / 2)
     panel.set_title(title_with(metric, view.scale(metric).unit))
     panel.set_xlabel(axis.name)
     panel.tick_params(labelbottom=True)

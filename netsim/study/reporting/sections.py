@@ -110,28 +110,11 @@ def _paper(metric: str) -> str:
 
 
 def _caveats(view: View) -> Iterator[str]:
-    info, n = view.info, len(view.info.repetitions)
-    if n == 1:
-        yield "One repetition: there are no intervals, and no difference can be told from chance."
-    else:
-        yield (
-            f"Intervals are Student's t at 95 % over at most {n} repetitions: exact for normal figures, fair for means of "
-            f"{'so few only if they are nearly normal' if n < 15 else 'many'}. Each of them errs once in twenty times."
-        )
-        yield (
-            "In one repetition all variants see the same targets, noise and shadowing; differences are taken within "
-            "repetitions, which makes them sharper than the overlap of two intervals suggests."
-        )
-    if len(view.variants) > 1 and view.error is not None:
-        yield "Pareto sets are those of the means: where intervals overlap, another run may change the members."
+    yield from _of_intervals(view)
     if view.conditions:
         names = and_list([plain(axis.name) for axis in view.conditions])
         yield f"Not a designer's choice but circumstances, within which the variants are held against each other: {names}."
-    trials = view.results.trials
-    if len(trials) and (trials["status"] != "ok").any():
-        yield "Failed trials are left out; if they fail for a reason that has to do with the figures, means are biased."
-    if len(trials) < len(info.variants) * n:
-        yield "The study is incomplete: variants may rest on different repetitions; paired differences use common ones."
+    yield from _of_trials(view)
     if view.absent:
         yield f"Asked for, but no trial has a figure of it: {and_list([code(name) for name in view.absent])}."
     if view.error is None:
@@ -141,6 +124,34 @@ def _caveats(view: View) -> Iterator[str]:
             "Where radios listen all the time, `energy_j` is all but constant; `energy_beyond_listening_j` leaves out "
             "listening and sleep, and shows what the algorithms do."
         )
+
+
+def _of_intervals(view: View) -> Iterator[str]:
+    n = len(view.info.repetitions)
+    if n == 1:
+        yield "One repetition: there are no intervals, and no difference can be told from chance."
+    else:
+        few = (
+            "with so few, only if these are nearly normal" if n < 15 else "by the central limit theorem fair for others"
+        )
+        yield (
+            f"Intervals are Student's t at 95 % over at most {n} repetitions: exact for normal figures, {few}. One in "
+            "twenty misses."
+        )
+        yield (
+            "In one repetition all variants see the same targets, noise and shadowing; differences are taken within "
+            "repetitions, which makes them sharper than the overlap of two intervals suggests."
+        )
+    if len(view.variants) > 1 and view.error is not None:
+        yield "Pareto sets are those of the means: where intervals overlap, other repetitions may change the members."
+
+
+def _of_trials(view: View) -> Iterator[str]:
+    trials = view.results.trials
+    if len(trials) and (trials["status"] != "ok").any():
+        yield "Failed trials are left out; if they fail for a reason that has to do with the figures, means are biased."
+    if len(trials) < len(view.info.variants) * len(view.info.repetitions):
+        yield "The study is incomplete: variants may rest on different repetitions; paired differences use common ones."
 
 
 def _again(view: View, study_file: str) -> Iterator[Block]:
