@@ -2,12 +2,10 @@
 
 from collections.abc import Callable, Iterator, Mapping
 
-import matplotlib as mpl
-
 from netsim.study.plots.bars import energy_plots
 from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
 from netsim.study.plots.nodes import node_plots
-from netsim.study.plots.style import RC, Plot, settle
+from netsim.study.plots.style import Plot, settle, styled
 from netsim.study.plots.tradeoff import tradeoff_plots
 from netsim.study.plots.trend import trend_plots
 from netsim.study.reporting.view import View
@@ -27,7 +25,7 @@ def draw(view: View) -> dict[str, list[Plot]]:
     """The plots that the results are good for, by topic."""
     if not view.variants:
         return {}
-    with mpl.rc_context(dict(RC)):
+    with styled():
         plots = {topic: list(make(view)) for topic, make in TOPICS.items()}
         for found in plots.values():
             for plot in found:

@@ -44,7 +44,8 @@ class Mark:
 def label_points(axis: Any, marks: Sequence[Mark]) -> None:
     """Write names beside points of a panel; the layout of the figure must be settled."""
     figure: Figure = axis.figure
-    renderer = FigureCanvasAgg(figure).get_renderer()
+    canvas: Any = FigureCanvasAgg(figure)
+    renderer = canvas.get_renderer()
     taken = [box for mark in marks for box in _boxes(axis, mark)]
     frame = axis.get_window_extent(renderer)
     for mark in _together(axis, marks):
@@ -113,7 +114,7 @@ def _move(text: Any, place: tuple[int, int], radius: float) -> None:
 def _overlap(one: Bbox, other: Bbox) -> float:
     width = min(one.x1, other.x1) - max(one.x0, other.x0)
     height = min(one.y1, other.y1) - max(one.y0, other.y0)
-    return max(0.0, width) * max(0.0, height)
+    return float(max(0.0, width) * max(0.0, height))
 
 
 def _outside(box: Bbox, frame: Bbox) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from netsim.study.plots.style import INK, SOFT, Plot, panels, shorten
+from netsim.study.plots.style import INK, SOFT, Plot, panels, wrap
 from netsim.study.reporting.names import title_of
 from netsim.study.reporting.numbers import scale_for
 from netsim.study.reporting.view import View
@@ -76,7 +76,7 @@ def _plot(view: View, maps: Maps) -> Plot:
     drawn: Any = None
     for axis, (variant, found) in zip(axes.flat, maps.by_variant.items(), strict=False):
         drawn = _map(axis, found, found[maps.energy] * scale.factor, limits)
-        axis.set_title(shorten(view.name(variant), 36))
+        axis.set_title(wrap(view.name(variant)))
     for axis in list(axes.flat)[len(maps.by_variant) :]:
         axis.set_axis_off()
     label = f"{title_of(maps.energy)} of a node ({scale.unit})"
@@ -103,7 +103,7 @@ def _grid(maps: Mapping[int, pd.DataFrame]) -> tuple[Figure, Any]:
     aspect = max((height + 1e-9) / (width + 1e-9) for width, height in sizes)
     width_in = (5.0, 7.6, 9.0)[columns - 1]
     panel_in = (width_in - 1.7) / columns * min(1.4, max(0.35, aspect))
-    return panels(rows, columns, rows * (panel_in + 0.3) + 0.35, width_in=width_in, sharex=True, sharey=True)
+    return panels(rows, columns, rows * (panel_in + 0.4) + 0.35, width_in=width_in, sharex=True, sharey=True)
 
 
 def _map(axis: Any, found: pd.DataFrame, colours: "pd.Series[float]", limits: tuple[float, float]) -> Any:

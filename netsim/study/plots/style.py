@@ -2,7 +2,9 @@
 
 import io
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,6 +66,15 @@ class Plot:
     alt: str
 
 
+@contextmanager
+def styled() -> Iterator[None]:
+    """Matplotlib with these settings and otherwise its own, whatever the user's are; afterwards as it was."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(dict[Any, Any](RC))
+        yield
+
+
 def settle(figure: Figure) -> None:
     """Lay a figure out once and for all, instead of anew for each file."""
     figure.draw_without_rendering()
@@ -74,7 +85,7 @@ def render(figure: Figure, kind: str) -> bytes:
     """A figure as PNG or SVG, without a date in it."""
     stream = io.BytesIO()
     metadata = {"Date": None, "Creator": "netsim"} if kind == "svg" else {"Software": "netsim"}
-    with mpl.rc_context(dict(RC)):
+    with styled():
         figure.savefig(stream, format=kind, metadata=metadata)
     return stream.getvalue()
 
@@ -134,6 +145,11 @@ def grid_of(count: int) -> tuple[int, int]:
     """Rows and columns for so many panels: three abreast, two where that leaves fewer places empty."""
     columns = 2 if count in (2, 4) else min(3, count)
     return math.ceil(count / columns), columns
+
+
+def wrap(text: str, width: int = 26) -> str:
+    """A title on at most two lines."""
+    return shorten("\n".join(textwrap.wrap(text, width)[:2]), 2 * width)
 
 
 def shorten(text: str, most: int = 34) -> str:

@@ -21,6 +21,7 @@ from netsim.study.plots.style import (
     panels,
     shorten,
     spans_decades,
+    wrap,
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of, title_of, title_with
@@ -115,7 +116,7 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
     axis.plot(*zip(*line, strict=True), "o", mfc="none", mec=INK, ms=10, mew=1, zorder=6)
     axis.set_xlabel(title_with(cost, view.scale(cost).unit))
     if where:
-        axis.set_title(shorten(where, 40))
+        axis.set_title(wrap(where, 34))
 
 
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:

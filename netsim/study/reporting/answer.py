@@ -44,7 +44,9 @@ def _verdicts(view: View) -> Table | None:
     several = any(len(each.levels) > 1 for each in view.info.axes if each.name != axis)
     left = len(rows) - MOST_LEVELS
     more = f" {left} more levels stand in the table of paired differences." if left > 0 else ""
-    return Table(header, tuple(map(tuple, list(rows.values())[:MOST_LEVELS])), len(header), _how(several) + more)
+    return Table(
+        header, tuple(map(tuple, list(rows.values())[:MOST_LEVELS])), len(header), caption=_how(several) + more
+    )
 
 
 def _how(several: bool) -> str:

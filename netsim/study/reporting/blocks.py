@@ -33,14 +33,22 @@ class Table:
         header: Names of the columns, units included.
         rows: Cells.
         left: How many of the first columns hold words; the others are aligned right.
+        left_last: How many of the last columns hold words.
         caption: What it shows and how to read it.
     """
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     left: int = 1
+    left_last: int = 0
     caption: str = ""
     kind: str = "table"
+
+    @property
+    def words(self) -> tuple[bool, ...]:
+        """Of each column, whether it holds words."""
+        count = len(self.header)
+        return tuple(place < self.left or place >= count - self.left_last for place in range(count))
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +100,11 @@ class Page:
 def plain(text: object) -> str:
     """Text that came from elsewhere, so that none of its characters is taken for Markdown; on one line."""
     return SPECIAL.sub(r"\\\1", " ".join(str(text).split()))
+
+
+def prose(text: str) -> str:
+    """Text of our own that may hold `code`; on one line and fit for the cell of a table."""
+    return re.sub(r"([*|<>\[\]])", r"\\\1", " ".join(text.split()))
 
 
 def code(text: object) -> str:

@@ -63,7 +63,7 @@ def _trials(view: View) -> str:
     failed = int((view.results.trials["status"] != "ok").sum())
     there = len(view.results.trials)
     count = (
-        f"**{asked} trials**: {_count(len(info.variants), 'variant')} by {_count(len(info.repetitions), 'repetition')}"
+        f"**{asked} trials**: {_count(len(info.variants), 'variant')} × {_count(len(info.repetitions), 'repetition')}"
     )
     axes = and_list([f"{plain(axis.name)} ({_count(len(axis.levels), 'level')})" for axis in info.axes])
     state = [f"only {there} of them were run so far"] if there < asked else []

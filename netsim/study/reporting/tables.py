@@ -8,9 +8,9 @@ from netsim.errors import ScenarioError
 from netsim.metrics.catalogue import metric_of
 from netsim.study.differences import EQUAL, HIGHER, LOWER
 from netsim.study.levels import label_of
-from netsim.study.reporting.blocks import Table, code, plain
+from netsim.study.reporting.blocks import Table, code, plain, prose
 from netsim.study.reporting.names import better_of, title_of, title_with
-from netsim.study.reporting.numbers import decimals_of, number, percent, with_half
+from netsim.study.reporting.numbers import decimals_of, number, percent, signed, with_half
 from netsim.study.reporting.phrases import Row
 from netsim.study.reporting.view import View
 from netsim.study.statistics import published_table, variant_differences
@@ -25,17 +25,25 @@ MOST_DIFFERENCES = 48
 
 def result_tables(view: View) -> Iterator[Table]:
     """Mean and interval of each metric by variant, a few metrics a table."""
-    metrics = tuple(dict.fromkeys((*view.compared, *view.metrics)))
-    for first in range(0, len(metrics), METRICS_A_TABLE):
-        yield _result_table(view, metrics[first : first + METRICS_A_TABLE])
+    parts = _parts(tuple(dict.fromkeys((*view.compared, *view.metrics))))
+    for place, metrics in enumerate(parts):
+        yield _result_table(view, metrics, is_last=place == len(parts) - 1)
 
 
 def difference_tables(view: View) -> Iterator[Table]:
     """Paired differences against the baseline of error and costs, a few metrics a table."""
-    for first in range(0, len(view.compared), METRICS_A_TABLE):
-        table = _difference_table(view, view.compared[first : first + METRICS_A_TABLE])
+    parts = _parts(view.compared)
+    for place, metrics in enumerate(parts):
+        table = _difference_table(view, metrics, is_last=place == len(parts) - 1)
         if table is not None:
             yield table
+
+
+def _parts(metrics: Sequence[str]) -> list[Sequence[str]]:
+    """Metrics in lots of about one size, small enough for a table."""
+    count = math.ceil(len(metrics) / METRICS_A_TABLE)
+    size = math.ceil(len(metrics) / count) if count else 1
+    return [metrics[first : first + size] for first in range(0, len(metrics), size)]
 
 
 def published(view: View) -> Table | None:
@@ -46,10 +54,10 @@ def published(view: View) -> Table | None:
     header = ("metric", "at", "published", "measured", "difference in SE", "n", "source", "note")
     caption = (
         "Published: value ± its standard error, where that is known. Measured: mean ± standard error (not the interval). "
-        "Difference in standard errors of the difference: within ±2 the two agree; where the published figure has none, "
-        "the measured one's alone, which makes it look larger than it is. Units: see the definitions."
+        "Difference: in standard errors of the difference, so that within ±2 the two agree; where the published "
+        "figure has none, in those of the measured one alone, which makes it look larger than it is."
     )
-    return Table(header, tuple(map(_published_row, rows)), 2, caption)
+    return Table(header, tuple(map(_published_row, rows)), 2, 2, caption)
 
 
 def lifetimes(view: View) -> Table | None:
@@ -64,7 +72,7 @@ def lifetimes(view: View) -> Table | None:
         "Mean ± half of the 95 % interval over the trials in which it happens. Extrapolated from the run by the scenario's "
         "`duty_plan`, not simulated; “never” where nobody's battery runs down to that."
     )
-    return Table(header, rows[:MOST_ROWS], 1 + len(view.info.axes), caption)
+    return Table(header, rows[:MOST_ROWS], 1 + len(view.info.axes), caption=caption)
 
 
 def definitions(view: View) -> Table:
@@ -77,7 +85,7 @@ def definitions(view: View) -> Table:
             rows.append((code(name), "", "", "Recorded by the algorithm; not in the catalogue of metrics."))
             continue
         unit = "–" if known.unit in ("1", "") else known.unit
-        rows.append((code(name), unit, known.better, f"{plain(known.definition)} {plain('Made of: ' + known.source)}."))
+        rows.append((code(name), unit, known.better, prose(f"{known.definition} Made of: {known.source}.")))
     return Table(("metric", "unit", "better", "definition"), tuple(rows), 4)
 
 
@@ -99,10 +107,10 @@ def failures(view: View, most: int = 20) -> Table | None:
     )
     left = f" {len(rows) - most} more failed; see results.csv." if len(rows) > most else ""
     header = ("trial", "variant", "repetition", "error", "command")
-    return Table(header, shown, 5, f"The commands are to be typed in the study's folder.{left}")
+    return Table(header, shown, 5, caption=f"The commands are to be typed in the study's folder.{left}")
 
 
-def _result_table(view: View, metrics: Sequence[str]) -> Table:
+def _result_table(view: View, metrics: Sequence[str], *, is_last: bool) -> Table:
     best = {metric: set(_clear_winners(view, metric)) for metric in metrics}
     chosen = _chosen(view)
     header = (*_head(view), "n", *(title_with(metric, view.scale(metric).unit) for metric in metrics))
@@ -111,13 +119,14 @@ def _result_table(view: View, metrics: Sequence[str]) -> Table:
         trials = max((view.estimate(variant, metric).n for metric in metrics), default=0)
         cells = [_cell(view, variant, metric, trials, variant in best[metric]) for metric in metrics]
         rows.append((*_levels(view, variant), str(trials), *cells))
-    return Table(header, tuple(rows), 1 + len(view.info.axes), _result_caption(view, any(best.values()), len(chosen)))
+    caption = _result_caption(view, len(chosen)) if is_last else ""
+    return Table(header, tuple(rows), 1 + len(view.info.axes), caption=caption)
 
 
-def _result_caption(view: View, marked: bool, shown: int) -> str:
+def _result_caption(view: View, shown: int) -> str:
     text = "Mean ± half of the 95 % t interval over n trials"
     text += "." if len(view.info.repetitions) > 1 else "; with one repetition there is no interval."
-    if marked:
+    if len(view.info.repetitions) > 1 and len(view.variants) > 1:
         where = " of its setting" if view.conditions else ""
         text += f" **Bold**: better than every other variant{where}, the interval of each paired difference excludes 0."
     if shown < len(view.variants):
@@ -163,7 +172,7 @@ def _cell(view: View, variant: int, metric: str, trials: int, is_best: bool) -> 
     return f"{text} (n = {found.n})" if 0 < found.n < trials else text
 
 
-def _difference_table(view: View, metrics: Sequence[str]) -> Table | None:
+def _difference_table(view: View, metrics: Sequence[str], *, is_last: bool) -> Table | None:
     axis = view.info.compare_axis
     if view.differences is None or axis is None:
         return None
@@ -182,7 +191,7 @@ def _difference_table(view: View, metrics: Sequence[str]) -> Table | None:
     )
     if len(rows) > MOST_DIFFERENCES:
         caption += f" {MOST_DIFFERENCES} of {len(rows)} rows; all are in differences.csv."
-    return Table(header, rows[:MOST_DIFFERENCES], len(others) + 1, caption)
+    return Table(header, rows[:MOST_DIFFERENCES], len(others) + 1, caption=caption if is_last else "")
 
 
 def _difference(view: View, row: Row) -> str:
@@ -207,7 +216,7 @@ def _published_row(row: dict[Any, Any]) -> tuple[str, ...]:
         f"{value} ± {number(float(row['published_se']), digits=2)}" if known else value,
         f"{number(float(row['measured']), decimals)} ± {number(float(row['se']), decimals)}" if row["n"] > 1
         else number(float(row["measured"])),
-        number(float(row["z"]), 1),
+        signed(float(row["z"]), 1),
         str(row["n"]),
         plain(row["source"]),
         plain(row["note"]),
