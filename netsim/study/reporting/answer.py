@@ -116,7 +116,10 @@ def _cheapest(view: View, variants: Sequence[int]) -> Iterator[str]:
             rows = rows_of(view, cost, view.levels(best[0]))
             share = f" ({relative_range(rows)}, {verdict_of(rows[0])})" if rows and relative_range(rows) else ""
             parts.append(title_of(cost) + share)
-        rows = rows_of(view, view.error, view.levels(best[0])) if view.error is not None else []
+        told = view.error is None or best[0] in _best(
+            view, view.error, variants
+        )  # of the best error it is said already
+        rows = [] if told else rows_of(view, str(view.error), view.levels(best[0]))
         price = f"; its {title_of(rows[0]['metric'])} {difference_of(view, rows[0])}" if rows else ""
         yield f"Least on average in {and_list(parts)}: {_names(view, best)}{price or _base(view, best)}."
 

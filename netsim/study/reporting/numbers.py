@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+HARD_SPACE = "\N{NO-BREAK SPACE}"
 MINUS = "\N{MINUS SIGN}"
 PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 MOST_DECIMALS = 9
@@ -83,7 +84,7 @@ def with_half(mean: float, half: float, scale: Scale, *, sign: bool = False) -> 
     shown = (signed if sign else number)(mean, decimals)
     if math.isnan(half) or math.isnan(mean):
         return shown
-    return f"{shown} ± {number(half, decimals) if half > 0 else '0'}"
+    return f"{shown}{HARD_SPACE}±{HARD_SPACE}{number(half, decimals) if half > 0 else '0'}"
 
 
 def interval(low: float, high: float, scale: Scale) -> str:
@@ -94,8 +95,8 @@ def interval(low: float, high: float, scale: Scale) -> str:
 
 
 def percent(share: float) -> str:
-    """A relative difference: `−15 %`; two digits at least."""
+    """A relative difference: `−15 %`; two digits at least, and no line break before the sign."""
     value = 100 * share
     if not math.isfinite(value):
         return ""
-    return f"{signed(value, 0) if abs(value) >= 9.95 else signed(value, digits=2)} %"
+    return f"{signed(value, 0) if abs(value) >= 9.95 else signed(value, digits=2)}{HARD_SPACE}%"
