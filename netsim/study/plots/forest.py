@@ -41,7 +41,8 @@ def difference_plots(view: View) -> Iterator[Plot]:
     metrics = [name for name in view.compared if _known(view, name)][:6]
     if not metrics:
         return
-    keys = list(dict.fromkeys(_key(view, row) for row in _known(view, metrics[0])))[:MOST_ROWS]
+    every = list(dict.fromkeys(_key(view, row) for metric in metrics for row in _known(view, metric)))
+    keys = every[:MOST_ROWS]
     rows, columns = grid_of(len(metrics))
     figure, axes = panels(rows, columns, rows * (1.0 + 0.21 * len(keys)) + 0.2, sharey=True)
     for panel, metric in zip(axes.flat, metrics, strict=False):
@@ -58,6 +59,7 @@ def difference_plots(view: View) -> Iterator[Plot]:
         f"{what} from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: the "
         "interval, taken by itself, excludes 0; hollow: it does not."
     )
+    caption += f" The first {len(keys)} of {len(every)} rows." if len(keys) < len(every) else ""
     yield Plot("differences", figure, caption, f"Paired differences against {base}")
 
 

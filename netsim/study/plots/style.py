@@ -10,6 +10,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from netsim.study.info import AxisInfo
@@ -76,7 +77,9 @@ def styled() -> Iterator[None]:
 
 
 def settle(figure: Figure) -> None:
-    """Lay a figure out once and for all, instead of anew for each file."""
+    """Lay a figure out once and for all, instead of anew for each file; what is drawn from then on moves nothing."""
+    if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine):
+        return
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
 
@@ -137,8 +140,13 @@ def log_scale(axis: Any, values: Sequence[float]) -> None:
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
     narrow = max(values) / min(values) < 300
     axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(_plain))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _plain(value: float, _: int | None = None) -> str:
+    """A tick as one writes it: `0.03`, `30`, `30 000`."""
+    return f"{value:g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def grid_of(count: int) -> tuple[int, int]:

@@ -19,18 +19,20 @@ from netsim.study.plots.style import (
     log_scale,
     markers_of,
     panels,
+    settle,
     shorten,
     spans_decades,
     wrap,
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of, title_of, title_with
+from netsim.study.reporting.phrases import chain
 from netsim.study.reporting.view import View
 
 MOST_SETTINGS = 9
 """So many settings of the circumstances get a panel."""
 MOST_NAMES = 7
-"""So many points of a panel all get their names, if one choice tells them apart."""
+"""So many points of a panel get their names: all of them if one choice tells them apart, else the Pareto set."""
 
 
 def tradeoff_plots(view: View) -> Iterator[Plot]:
@@ -79,7 +81,7 @@ def _caption(view: View, wanted: Sequence[Panel]) -> str:
     left_out = [axis.name for axis in view.conditions]
     sets: dict[str, list[str]] = {}
     for cost, where, variants in wanted:
-        names = " → ".join(plain(view.name(number, left_out)) for number in view.pareto(cost, variants))
+        names = chain([plain(view.name(number, left_out)) for number in view.pareto(cost, variants)])
         sets.setdefault(names, []).append(plain(where) or title_of(cost))
     pareto = "; ".join(f"{' / '.join(where)}: {names or 'none'}" for names, where in sets.items())
     costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
@@ -151,11 +153,12 @@ def _names(view: View, figure: Figure, axes: Any, wanted: Sequence[Panel]) -> No
     """Names beside the points, where colour and marker do not tell them already."""
     if len(view.choices) == 2:
         return
-    figure.draw_without_rendering()
+    settle(figure)
     left_out = [axis.name for axis in view.conditions]
     for axis, (cost, _, variants) in zip(axes.flat, wanted, strict=False):
         there = {variant: point for variant in variants if (point := _point(view, variant, cost)) is not None}
-        named = set(there if _all_named(view, variants) else view.pareto(cost, variants))
+        members = [variant for variant in view.pareto(cost, variants) if variant in there]
+        named = set(there if _all_named(view, variants) else members if len(members) <= MOST_NAMES else ())
         label_points(
             axis,
             [

@@ -8,7 +8,7 @@ from netsim.study.differences import HIGHER, LOWER
 from netsim.study.levels import label_of
 from netsim.study.reporting.blocks import Block, Bullets, Table, Text, plain
 from netsim.study.reporting.names import better_of, level_name, title_of
-from netsim.study.reporting.phrases import and_list, difference_of, relative_range, rows_of, value_of, verdict_of
+from netsim.study.reporting.phrases import and_list, chain, difference_of, relative_range, rows_of, value_of, verdict_of
 from netsim.study.reporting.view import View
 from netsim.study.statistics import verdicts
 
@@ -166,7 +166,7 @@ def _members(view: View, cost: str) -> str:
     found: dict[str, list[str]] = {}
     for where, variants in view.settings.items():
         names = [plain(view.name(variant, left_out)) for variant in view.pareto(cost, variants)]
-        found.setdefault(" → ".join(names) or "none", []).append(plain(where))
+        found.setdefault(chain(names) or "none", []).append(plain(where))
     if len(found) == 1:
         return next(iter(found)) + (" in every setting" if len(view.settings) > 1 else "")
     return "; ".join(f"{and_list(places)}: {members}" for members, places in found.items())

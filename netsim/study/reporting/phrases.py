@@ -17,7 +17,8 @@ Row = Mapping[str, Any]
 def value_of(view: View, variant: int, metric: str) -> str:
     """A figure in words: `64.0 ± 2.1 mJ`."""
     scale, found = view.scale(metric), view.estimate(variant, metric)
-    return f"{with_half(found.mean, found.half, scale)} {scale.unit}".strip()
+    unit = "" if scale.unit == "byte" else scale.unit  # the title says it
+    return f"{with_half(found.mean, found.half, scale)} {unit}".strip()
 
 
 def verdict_of(row: Row) -> str:
@@ -33,6 +34,8 @@ def verdict_of(row: Row) -> str:
 
 def difference_of(view: View, row: Row) -> str:
     """A paired difference in words: `−12.3 [−15.1, −9.5] mJ, −15 %, better`."""
+    if row["n"] == 0:
+        return "not compared: no common repetition"
     if row["verdict"] == EQUAL:
         return "equal in every pair"
     scale = view.scale(row["metric"])
@@ -58,6 +61,13 @@ def rows_of(view: View, metric: str, levels: Mapping[str, Any]) -> list[Row]:
     wanted = {axis: label_of(level) for axis, level in levels.items()}
     rows = view.differences[view.differences["metric"] == metric].to_dict("records")
     return [row for row in rows if all(label_of(row[axis]) == label for axis, label in wanted.items())]
+
+
+def chain(names: Sequence[str], most: int = 7) -> str:
+    """Names in an order, the middle of many left out: `a → b → c`."""
+    if len(names) <= most:
+        return " → ".join(names)
+    return " → ".join([*names[: most - 3], "…", *names[-2:]]) + f" ({len(names)} in all)"
 
 
 def and_list(words: Sequence[str]) -> str:

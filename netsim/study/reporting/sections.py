@@ -110,14 +110,15 @@ def _paper(metric: str) -> str:
 
 
 def _caveats(view: View) -> Iterator[str]:
-    yield from _of_intervals(view)
+    if view.variants:
+        yield from _of_intervals(view)
     if view.conditions:
         names = and_list([plain(axis.name) for axis in view.conditions])
         yield f"Not a designer's choice but circumstances, within which the variants are held against each other: {names}."
     yield from _of_trials(view)
     if view.absent:
         yield f"Asked for, but no trial has a figure of it: {and_list([code(name) for name in view.absent])}."
-    if view.error is None:
+    if view.error is None and view.variants:
         yield "No metric of error has figures in this study: it compares costs alone."
     if "energy_j" in view.shown:
         yield (
@@ -167,7 +168,7 @@ def _again(view: View, study_file: str) -> Iterator[Block]:
     versions = ", ".join(f"{name} {version}" for name, version in info.versions.items())
     last, first = info.repetitions[-1], info.repetitions[0]
     numbers = f"repetitions {first} to {last}" if last != first else f"repetition {first}"
-    yield Text(f"Seed {seeds}; {numbers}. Versions: {plain(versions)}.")
+    yield Text(f"Seed {seeds}; {numbers}." + (f" Versions: {plain(versions)}." if versions else ""))
     if study_file:
         yield Code(study_file.rstrip("\n"), "yaml", f"The study ({code(STUDY_FILE)})")
 
