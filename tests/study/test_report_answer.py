@@ -56,7 +56,8 @@ def test_a_verdict_that_flips_says_so_and_where(tmp_path):
 
 def test_the_extremes_are_told_with_what_they_cost(tmp_path):
     blocks = answer(view(tmp_path, {"x": 0.05}))
-    first, pareto = next(block for block in blocks if isinstance(block, Bullets)).items
+    sentence, first, pareto = next(block for block in blocks if isinstance(block, Bullets)).items
+    assert sentence == "**B** against A: **better** in energy; **worse** in association error."
     assert first.startswith("Lowest mean association error: **A** with 0.")
     assert (
         "Least on average in energy (\N{MINUS SIGN}33\N{NO-BREAK SPACE}%, better): **B**; its association error +0.0"

@@ -19,12 +19,13 @@ from netsim.study.plots.style import (
     grid_of,
     log_scale,
     panels,
+    plain_tick,
     shorten,
     spans_decades,
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import level_name, title_of, title_with
-from netsim.study.reporting.phrases import Row
+from netsim.study.reporting.phrases import Row, decided
 from netsim.study.reporting.view import View
 from netsim.study.statistics import published_table
 
@@ -56,8 +57,8 @@ def difference_plots(view: View) -> Iterator[Plot]:
     levels = _levels(view)
     what = f"Mean difference of {plain(levels[0])}" if len(levels) == 1 else "Mean difference"
     caption = (
-        f"{what} from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: the "
-        "interval, taken by itself, excludes 0; hollow: it does not."
+        f"{what} from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: other "
+        "than 0 (or equal in every pair), even after Holm's adjustment for all comparisons of the metric; hollow: undecided."
     )
     caption += f" The first {len(keys)} of {len(every)} rows." if len(keys) < len(every) else ""
     yield Plot("differences", figure, caption, f"Paired differences against {base}")
@@ -160,7 +161,7 @@ def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> No
         if key not in keys or base == 0:
             continue
         colour = colours.get(label_of(row[axis.name]), SOFT)
-        sure = row["verdict"] in (LOWER, HIGHER, EQUAL)
+        sure = decided(row) in (LOWER, HIGHER, EQUAL)
         half = 100 * (float(row["high"]) - float(row["low"])) / 2 / base
         panel.errorbar(100 * float(row["difference"]) / base, keys.index(key), xerr=half, fmt="o", ms=5, color=colour,
                        mfc=colour if sure else "white", elinewidth=1.2, capsize=2, zorder=4)  # fmt: skip
@@ -168,6 +169,6 @@ def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> No
     if high - low < 1e-9 or all(row["verdict"] == EQUAL for row in _known(view, metric)):
         panel.set_xlim(-1, 1)
     panel.xaxis.set_major_locator(MaxNLocator(5))
-    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    panel.xaxis.set_major_formatter(FuncFormatter(plain_tick))
     panel.set_title(title_of(metric))
     panel.set_xlabel("difference (%)")

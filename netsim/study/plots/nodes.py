@@ -6,14 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
-from netsim.study.plots.style import INK, SOFT, Plot, panels, wrap
+from netsim.study.levels import label_of
+from netsim.study.plots.style import INK, SOFT, Plot, panels, plain_tick, spans_decades, wrap
 from netsim.study.reporting.names import title_of
 from netsim.study.reporting.numbers import scale_for
 from netsim.study.reporting.view import View
 
-MOST_PANELS = 9
+MOST_PANELS = 12
 MOST_NAMES = 16
 """So many nodes have their names written beside them."""
 ENERGIES = ("energy_beyond_listening_j", "energy_j")
@@ -48,11 +51,13 @@ def node_plots(view: View) -> Iterator[Plot]:
 
 
 def _chosen(view: View) -> list[int]:
-    """All variants if they are few, else the Pareto sets and those at the start."""
+    """All variants if they are few, else the Pareto sets, the baseline and those at the start."""
     if len(view.variants) <= MOST_PANELS:
         return list(view.variants)
+    axis, base = view.info.compare_axis, label_of(view.info.baseline)
+    first = [number for number in view.variants if axis is not None and label_of(view.levels(number)[axis]) == base]
     members = [each for cost in view.costs for found in view.settings.values() for each in view.pareto(cost, found)]
-    return sorted(list(dict.fromkeys((*members, *view.variants)))[:MOST_PANELS])
+    return sorted(list(dict.fromkeys((*members[: MOST_PANELS - 3], *first, *members, *view.variants)))[:MOST_PANELS])
 
 
 def _means(nodes: pd.DataFrame, energy: str) -> pd.DataFrame:
@@ -71,16 +76,18 @@ def _moved(nodes: pd.DataFrame) -> bool:
 def _plot(view: View, maps: Maps) -> Plot:
     everything = pd.concat([found[maps.energy] for found in maps.by_variant.values()])
     scale = scale_for("J", [float(everything.max())])
-    limits = (float(everything.min()) * scale.factor, float(everything.max()) * scale.factor)
+    low, high = (float(found) * scale.factor for found in (everything.min(), everything.max()))
+    norm = LogNorm(low, high) if spans_decades([low, high]) else Normalize(low, high)
     figure, axes = _grid(maps.by_variant)
     drawn: Any = None
     for axis, (variant, found) in zip(axes.flat, maps.by_variant.items(), strict=False):
-        drawn = _map(axis, found, found[maps.energy] * scale.factor, limits)
+        drawn = _map(axis, found, found[maps.energy] * scale.factor, norm)
         axis.set_title(wrap(view.name(variant)))
     for axis in list(axes.flat)[len(maps.by_variant) :]:
         axis.set_axis_off()
+    axis_format = FuncFormatter(plain_tick) if isinstance(norm, LogNorm) else None
     label = f"{title_of(maps.energy)} of a node ({scale.unit})"
-    figure.colorbar(drawn, ax=axes, label=label, shrink=0.85, pad=0.02, aspect=30)
+    figure.colorbar(drawn, ax=axes, label=label, shrink=0.85, pad=0.02, aspect=30, format=axis_format)
     return Plot("energy-by-node", figure, _caption(view, maps), "Maps of the nodes coloured by their energy")
 
 
@@ -96,17 +103,17 @@ def _caption(view: View, maps: Maps) -> str:
 
 def _grid(maps: Mapping[int, pd.DataFrame]) -> tuple[Figure, Any]:
     """Panels that have about the shape of the field."""
-    columns = min(3, len(maps))
+    columns = min(3 if len(maps) <= 9 else 4, len(maps))
     rows = math.ceil(len(maps) / columns)
     sizes = [(float(found["x_m"].max() - found["x_m"].min()), float(found["y_m"].max() - found["y_m"].min()))
              for found in maps.values()]  # fmt: skip
     aspect = max((height + 1e-9) / (width + 1e-9) for width, height in sizes)
-    width_in = (5.0, 7.6, 9.0)[columns - 1]
+    width_in = (5.0, 7.6, 9.0, 10.0)[columns - 1]
     panel_in = (width_in - 1.7) / columns * min(1.4, max(0.35, aspect))
     return panels(rows, columns, rows * (panel_in + 0.4) + 0.35, width_in=width_in, sharex=True, sharey=True)
 
 
-def _map(axis: Any, found: pd.DataFrame, colours: "pd.Series[float]", limits: tuple[float, float]) -> Any:
+def _map(axis: Any, found: pd.DataFrame, colours: "pd.Series[float]", norm: Normalize) -> Any:
     """One variant's map; what a colour bar is made of."""
     size = min(150.0, max(10.0, 4800.0 / len(found)))
     sinks = found["role"] == "sink" if "role" in found.columns else pd.Series(data=False, index=found.index)
@@ -114,8 +121,8 @@ def _map(axis: Any, found: pd.DataFrame, colours: "pd.Series[float]", limits: tu
     for which, marker, edge in ((~sinks, "o", 0.6), (sinks, "s", 1.8)):
         if which.any():
             place = found[which]
-            drawn = axis.scatter(place["x_m"], place["y_m"], c=colours[which], cmap="cividis", vmin=limits[0],
-                                 vmax=limits[1], s=size, marker=marker, edgecolors=INK, zorder=3,
+            drawn = axis.scatter(place["x_m"], place["y_m"], c=colours[which], cmap="cividis", norm=norm, s=size,
+                                 marker=marker, edgecolors=INK, zorder=3,
                                  linewidths=edge)  # fmt: skip
     if len(found) <= MOST_NAMES and "name" in found.columns:
         for name, x, y in zip(found["name"], found["x_m"], found["y_m"], strict=True):

@@ -16,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from netsim.study.info import AxisInfo
 from netsim.study.levels import label_of
 from netsim.study.reporting.names import is_ordered
+from netsim.study.reporting.numbers import MINUS
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A4FBF", "#4D4D4D")
 """Told apart by most colour-blind eyes (after Okabe and Ito 2008)."""
@@ -140,13 +141,14 @@ def log_scale(axis: Any, values: Sequence[float]) -> None:
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
     narrow = max(values) / min(values) < 300
     axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
-    axis.set_major_formatter(FuncFormatter(_plain))
+    axis.set_major_formatter(FuncFormatter(plain_tick))
     axis.set_minor_formatter(NullFormatter())
 
 
-def _plain(value: float, _: int | None = None) -> str:
+def plain_tick(value: float, _: int | None = None) -> str:
     """A tick as one writes it: `0.03`, `30`, `30 000`."""
-    return f"{value:g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    text = f"{value:g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return text.replace("-", MINUS)
 
 
 def grid_of(count: int) -> tuple[int, int]:

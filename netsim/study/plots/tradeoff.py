@@ -26,7 +26,7 @@ from netsim.study.plots.style import (
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of, title_of, title_with
-from netsim.study.reporting.phrases import chain
+from netsim.study.reporting.phrases import bracketed, chain
 from netsim.study.reporting.view import View
 
 MOST_SETTINGS = 9
@@ -82,7 +82,7 @@ def _caption(view: View, wanted: Sequence[Panel]) -> str:
     sets: dict[str, list[str]] = {}
     for cost, where, variants in wanted:
         names = chain([plain(view.name(number, left_out)) for number in view.pareto(cost, variants)])
-        sets.setdefault(names, []).append(plain(where) or title_of(cost))
+        sets.setdefault(names, []).append(bracketed(plain(where)) or title_of(cost))
     pareto = "; ".join(f"{' / '.join(where)}: {names or 'none'}" for names, where in sets.items())
     costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
     count = len(view.settings)

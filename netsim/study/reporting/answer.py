@@ -8,12 +8,23 @@ from netsim.study.differences import HIGHER, LOWER
 from netsim.study.levels import label_of
 from netsim.study.reporting.blocks import Block, Bullets, Table, Text, plain
 from netsim.study.reporting.names import better_of, level_name, title_of
-from netsim.study.reporting.phrases import and_list, chain, difference_of, relative_range, rows_of, value_of, verdict_of
+from netsim.study.reporting.phrases import (
+    and_list,
+    bracketed,
+    chain,
+    difference_of,
+    relative_range,
+    rows_of,
+    value_of,
+    verdict_of,
+)
 from netsim.study.reporting.view import View
 from netsim.study.statistics import verdicts
 
 MOST_SETTINGS = 4
 """With more settings of the conditions, the extremes of each are left to the tables."""
+MOST_SENTENCES = 4
+"""So many levels of the compare axis get a sentence."""
 MOST_LEVELS = 12
 """So many levels of the compare axis stand in the table of verdicts."""
 
@@ -22,9 +33,44 @@ def answer(view: View) -> tuple[Block, ...]:
     """What the results say."""
     if not view.variants:
         return (Text("No trial ended, so there is no answer."),)
-    items = (*_extremes(view), *_pareto(view))
-    blocks = (_verdicts(view), Bullets(items) if items else None)
+    items = (*_in_words(view), *_extremes(view), *_pareto(view))
+    blocks = (Bullets(items) if items else None, _verdicts(view))
     return tuple(block for block in blocks if block is not None) or (Text(_alone(view)),)
+
+
+def _in_words(view: View) -> Iterator[str]:
+    """Each level against the baseline in a sentence: in what it is better, worse, or neither."""
+    axis = view.info.compare_axis
+    if axis is None or view.differences is None:
+        return
+    levels: dict[str, dict[str, list[str]]] = {}
+    for metric in view.compared:
+        for row in verdicts(view.results.trials, view.info, metric).to_dict("records"):
+            name = plain(level_name(axis, row["level"]))
+            levels.setdefault(name, {}).setdefault(_overall(metric, row), []).append(title_of(metric))
+    for name, found in list(levels.items())[:MOST_SENTENCES]:
+        said = "; ".join(f"{overall} in {and_list(titles)}" for overall, titles in sorted(found.items(), key=_order))
+        yield f"**{name}** against {plain(level_name(axis, view.info.baseline))}: {said}."
+
+
+def _overall(metric: str, row: Mapping[str, Any]) -> str:
+    """A metric's verdict over all settings."""
+    total, words = int(row["combinations"]), {LOWER: _sense(metric, LOWER), HIGHER: _sense(metric, HIGHER)}
+    some = [words[verdict] for verdict in (LOWER, HIGHER) if row[verdict]]
+    if len(some) == 2:
+        return "better or worse, depending on the setting," if better_of(metric) else "lower or higher, by setting,"
+    if some:
+        count = int(row[LOWER] + row[HIGHER])
+        return some[0] if count == total else f"{some[0]} in {count} of {total} settings, undecided in the others,"
+    if row["equal"] == total:
+        return "equal"
+    return "too few pairs to tell" if row["too_few"] == total else "undecided"
+
+
+def _order(item: tuple[str, list[str]]) -> int:
+    """Better before worse, what is sure before what is not."""
+    places = ("**better**", "**better** ", "**worse**", "**worse** ", "better or")
+    return max((place for place, start in enumerate(places) if item[0].startswith(start)), default=len(places))
 
 
 def _verdicts(view: View) -> Table | None:
@@ -166,7 +212,7 @@ def _members(view: View, cost: str) -> str:
     found: dict[str, list[str]] = {}
     for where, variants in view.settings.items():
         names = [plain(view.name(variant, left_out)) for variant in view.pareto(cost, variants)]
-        found.setdefault(chain(names) or "none", []).append(plain(where))
+        found.setdefault(chain(names) or "none", []).append(bracketed(plain(where)))
     if len(found) == 1:
         return next(iter(found)) + (" in every setting" if len(view.settings) > 1 else "")
     return "; ".join(f"{and_list(places)}: {members}" for members, places in found.items())

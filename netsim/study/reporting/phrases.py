@@ -4,11 +4,12 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from netsim.study.differences import EQUAL, HIGHER, LOWER, TOO_FEW
+from netsim.study.differences import EQUAL, HIGHER, LOWER, TOO_FEW, UNDECIDED
 from netsim.study.levels import label_of
 from netsim.study.reporting.names import better_of
 from netsim.study.reporting.numbers import decimals_of, interval, percent, signed, with_half
 from netsim.study.reporting.view import View
+from netsim.study.samples import CONFIDENCE
 
 Row = Mapping[str, Any]
 """A row of the paired differences."""
@@ -21,9 +22,15 @@ def value_of(view: View, variant: int, metric: str) -> str:
     return f"{with_half(found.mean, found.half, scale)} {unit}".strip()
 
 
-def verdict_of(row: Row) -> str:
-    """A verdict in words: which way, and whether that is better."""
+def decided(row: Row) -> str:
+    """A verdict that stands after Holm's adjustment for all comparisons of the metric: the one that a report gives."""
     verdict = str(row["verdict"])
+    return UNDECIDED if verdict in (LOWER, HIGHER) and not row["p_holm"] < 1 - CONFIDENCE else verdict
+
+
+def verdict_of(row: Row) -> str:
+    """The verdict in words: whether it is better or worse."""
+    verdict = decided(row)
     if verdict in (LOWER, HIGHER):
         better = better_of(row["metric"])
         return ("better" if better == verdict else "worse") if better else verdict
@@ -34,8 +41,6 @@ def verdict_of(row: Row) -> str:
 
 def difference_of(view: View, row: Row) -> str:
     """A paired difference in words: `−12.3 [−15.1, −9.5] mJ, −15 %, better`."""
-    if row["n"] == 0:
-        return "not compared: no common repetition"
     if row["verdict"] == EQUAL:
         return "equal in every pair"
     scale = view.scale(row["metric"])
@@ -55,11 +60,11 @@ def relative_range(rows: Iterable[Row]) -> str:
 
 
 def rows_of(view: View, metric: str, levels: Mapping[str, Any]) -> list[Row]:
-    """The paired differences of a metric at given levels of any axes."""
+    """The paired differences of a metric at given levels of any axes, as far as there are pairs."""
     if view.differences is None:
         return []
     wanted = {axis: label_of(level) for axis, level in levels.items()}
-    rows = view.differences[view.differences["metric"] == metric].to_dict("records")
+    rows = view.differences[(view.differences["metric"] == metric) & (view.differences["n"] > 0)].to_dict("records")
     return [row for row in rows if all(label_of(row[axis]) == label for axis, label in wanted.items())]
 
 
@@ -68,6 +73,11 @@ def chain(names: Sequence[str], most: int = 7) -> str:
     if len(names) <= most:
         return " → ".join(names)
     return " → ".join([*names[: most - 3], "…", *names[-2:]]) + f" ({len(names)} in all)"
+
+
+def bracketed(text: str) -> str:
+    """Text in parentheses if it holds a comma, so that it can stand in a list."""
+    return f"({text})" if "," in text else text
 
 
 def and_list(words: Sequence[str]) -> str:

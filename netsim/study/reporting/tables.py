@@ -11,7 +11,7 @@ from netsim.study.levels import label_of
 from netsim.study.reporting.blocks import Table, code, plain, prose
 from netsim.study.reporting.names import better_of, title_of, title_with
 from netsim.study.reporting.numbers import decimals_of, number, percent, signed, with_half
-from netsim.study.reporting.phrases import Row
+from netsim.study.reporting.phrases import Row, decided
 from netsim.study.reporting.view import View
 from netsim.study.statistics import published_table, variant_differences
 
@@ -187,7 +187,7 @@ def _difference_table(view: View, metrics: Sequence[str], *, is_last: bool) -> T
     base = f"{plain(axis)} {plain(label_of(view.info.baseline))}"
     caption = (
         f"Difference from {base} within repetitions ± half of its 95 % t interval, and relative to the baseline's mean. "
-        "**Bold**: the interval excludes 0."
+        "**Bold**: other than 0, even after Holm's adjustment for all comparisons of the metric."
     )
     if len(rows) > MOST_DIFFERENCES:
         caption += f" {MOST_DIFFERENCES} of {len(rows)} rows; all are in differences.csv."
@@ -201,7 +201,7 @@ def _difference(view: View, row: Row) -> str:
         return "equal"
     half = (float(row["high"]) - float(row["low"])) / 2
     text = with_half(float(row["difference"]), half, view.scale(row["metric"]), sign=True)
-    text = f"**{text}**" if row["verdict"] in (LOWER, HIGHER) else text
+    text = f"**{text}**" if decided(row) in (LOWER, HIGHER) else text
     relative = percent(float(row["relative"]))
     return f"{text} ({relative})" if relative else text
 
