@@ -398,10 +398,23 @@ class Estimate:
     topic: ClassVar[str] = "/estimates"
     node: U32
     target: U32
+    """Number of the track, one for the whole network; which target it follows is for the metrics to find out."""
     x_m: F64
     y_m: F64
     covariance_m2: F64Array
     """xx, xy, yy; empty when unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Which target a node believes that a track follows."""
+
+    topic: ClassVar[str] = "/identities"
+    node: U32
+    track: U32
+    """Number of the track, as in `Estimate.target`."""
+    probability: F64Array
+    """Of each target, at the place of its number; sums to one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -465,6 +478,7 @@ Event = (
     | Association
     | Marginals
     | Estimate
+    | Identity
     | Role
     | AlgorithmRecord
     | Log
