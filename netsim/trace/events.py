@@ -385,7 +385,8 @@ class Marginals:
     node: U32
     variable: U32
     probability: F64Array
-    """Sums to one; a max-marginal is scaled so that it does."""
+    """Sums to one; a max-marginal is scaled so that it does. Of a sensor's association: measurement after measurement, the
+    probability that it came from each covered target, ascending, and of a false alarm, over the number of measurements."""
     round: U32
     is_max: U8
     """1 for a max-marginal, 0 for a marginal."""

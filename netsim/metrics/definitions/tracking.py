@@ -51,7 +51,8 @@ METRICS = (
             "1",
             "",
             "Normalised estimation error squared e' P^-1 e of these, mean; 2 for covariances as large as the "
-            "errors, more for an overconfident estimator. Null without such estimates.",
+            "errors, more for an overconfident estimator, less too where targets are so close that the assignment "
+            "finds a nearer one than the right one. Null without such estimates.",
             f"{MADE_OF}; Bar-Shalom, Li, Kirubarajan 2001, section 5.4.2",
         ),
         (
