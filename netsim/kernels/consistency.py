@@ -5,7 +5,7 @@ consistent estimator it is chi-squared distributed with as many degrees of freed
 """
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from netsim.kernels.semiring import FloatArray
 
@@ -27,6 +27,6 @@ def nees_interval(count: int, dimensions: int, confidence: float) -> tuple[float
         dimensions: Of the state.
         confidence: Between 0 and 1, such as 0.95.
     """
-    freedom, tail = count * dimensions, (1.0 - confidence) / 2.0
-    low, high = chi2.ppf([tail, 1.0 - tail], freedom) / count
+    half_freedom, tail = count * dimensions / 2.0, (1.0 - confidence) / 2.0
+    low, high = 2.0 * gammaincinv(half_freedom, [tail, 1.0 - tail]) / count  # quantiles of chi-squared
     return float(low), float(high)

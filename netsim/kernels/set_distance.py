@@ -1,7 +1,7 @@
 """Distances between two finite sets of points: OSPA and GOSPA, and the assignment that they rest on.
 
 Schuhmacher, Vo, Vo, "A consistent metric for performance evaluation of multi-object filters", IEEE Transactions on Signal
-Processing 56 (2008) 3447-3457: OSPA, eqs 3 and 4. Rahmathullah, Garcia-Fernandez, Svensson, "Generalized optimal sub-pattern
+Processing 56 (2008) 3447-3457: OSPA. Rahmathullah, Garcia-Fernandez, Svensson, "Generalized optimal sub-pattern
 assignment metric", FUSION 2017: GOSPA with alpha = 2, proposition 1.
 """
 
@@ -102,7 +102,7 @@ def keep_and_match(distance: FloatArray, before: Sequence[tuple[int, int]], cut_
     """Pairs that were there before and are still nearer than the cut-off, then an optimal assignment of the rest.
 
     Bernardin, Stiefelhagen, "Evaluating multiple object tracking performance: the CLEAR MOT metrics", EURASIP Journal on
-    Image and Video Processing 2008, section 2.1.2.
+    Image and Video Processing 2008.
     """
     kept = [pair for pair in before if distance[pair] < cut_off]
     rest = distance.copy()

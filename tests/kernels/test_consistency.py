@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import chi2
 
 from netsim.kernels.consistency import nees, nees_interval
 
@@ -40,3 +41,10 @@ def test_the_interval_of_two_degrees_of_freedom_has_a_closed_form():
     """One estimate in the plane: chi-squared with 2 degrees is exponential with mean 2."""
     low, high = nees_interval(1, 2, 0.95)
     assert (low, high) == pytest.approx((-2 * np.log(0.975), -2 * np.log(0.025)))
+
+
+@given(st.integers(1, 2_000), st.integers(1, 6), st.floats(0.5, 0.999))
+def test_the_interval_has_the_quantiles_of_chi_squared(count, dimensions, confidence):
+    tail = (1 - confidence) / 2
+    expected = chi2.ppf([tail, 1 - tail], count * dimensions) / count
+    assert nees_interval(count, dimensions, confidence) == pytest.approx(tuple(expected), rel=1e-9)

@@ -16,7 +16,7 @@ ORDERS = st.sampled_from([1.0, 2.0, 3.0])
 
 
 def ospa_by_permutations(one, other, cut_off, order):
-    """Schuhmacher et al. 2008, eq 3, word by word."""
+    """The definition of Schuhmacher et al. 2008, word by word."""
     if len(one) > len(other):
         one, other = other, one
     if len(other) == 0:

@@ -75,7 +75,7 @@ METRICS = (
             "OSPA distance between the targets and the tracks, p = 2, c = 10 m, mean over samples. Samples are "
             "taken every second after the first estimate, and at the last instant at which a target or an "
             "estimate is recorded. A track is where its last estimate was, for 5 s at most.",
-            f"{MADE_OF}; {OSPA}, eqs 3 and 4",
+            f"{MADE_OF}; {OSPA}",
         ),
         ("ospa_last_m", "m", "lower", "The same at the last sample.", f"{MADE_OF}; {OSPA}"),
         (
