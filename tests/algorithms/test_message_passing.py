@@ -96,13 +96,13 @@ def test_ideal_beliefs_equal_the_central_kernels_bit_for_bit(scenarios: Path, fo
         assert np.array_equal(belief, np.exp(central.beliefs[variable]))
 
 
-@pytest.mark.parametrize("payload", ["float32", "float16"])
+@pytest.mark.parametrize("payload", ["float32", "float16", "uint8"])
 def test_narrow_payloads_differ_by_little_and_not_by_nothing(scenarios: Path, payload: str) -> None:
     path = scenarios / "graphs" / "grid-sum-product.yaml"
     exact = simulate(path, IDEAL)[2].metrics["marginals"]
     narrow = simulate(path, [*IDEAL, f"algorithm.payload={payload}"])[2].metrics["marginals"]
     difference = max(np.abs(np.subtract(exact[name], narrow[name])).max() for name in exact)
-    assert 0.0 < difference < {"float32": 1e-6, "float16": 1e-2}[payload]
+    assert 0.0 < difference < {"float32": 1e-6, "float16": 1e-2, "uint8": 3e-2}[payload]
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
