@@ -35,8 +35,8 @@ def table_source(kind: Kind, name_or_path: str, base_dir: Path) -> tuple[str, st
     plain: Any = read_document(path).plain()
     keys = next(keys for keys in _MAIN_VALUES[kind] if _below(plain, keys) is not None)
     recalled, total = unverified(path)
-    share = "all its" if len(recalled) == total else f"{len(recalled)} of its {total}"
-    remark = f" ({share} values are recalled or chosen)" if recalled else ""
+    share = "all" if len(recalled) == total else f"{len(recalled)} of {total}"
+    remark = f" ({share} values recalled or chosen)" if recalled else ""
     return plain["name"], f"{keys[-1]}: {_below(plain, keys)['source']}{remark}"
 
 

@@ -1,6 +1,7 @@
 """The sources of what a scenario uses, and of everything that comes with netsim."""
 
 import dataclasses
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -16,6 +17,8 @@ from netsim.scenario.schema import DeviceBattery, NodeGroup
 
 _PART_OF: Mapping[Kind, str] = {"radios": "radio", "cpus": "processor", "batteries": "battery table"}
 _HERE = Path()
+_REFERENCE = re.compile(r" \((?:Rappaport, [^()]*|[^()]*\b\d{4}\b[^()]*)\)")
+"""A reference inside a summary: the citation says it in full."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -80,7 +83,7 @@ def _of_algorithm(entry: Entry) -> Source:
 def _of_record(record: type[Any]) -> Source:
     cited = CITED[record]
     summary = (record.__doc__ or "").strip().splitlines()[0].removesuffix(".")
-    return Source(cited.part, _name_of(record), summary, cited.citation)
+    return Source(cited.part, _name_of(record), _REFERENCE.sub("", summary), cited.citation)
 
 
 def _name_of(record: type[Any]) -> str:
