@@ -114,6 +114,16 @@ def test_pairs_are_repetitions_that_both_have():
     assert (row["n"], row["baseline_mean"], row["mean"], row["difference"]) == (2, 2.5, 4.0, 1.5)
 
 
+def test_a_share_of_nothing_is_missing():
+    info = study({"tolerance": [0, 1, 2]}, repetitions=2)
+    table = trials(info, lambda levels, repetition: {"frames_retry": levels["tolerance"] * (1 + repetition)})
+    assert paired_differences(table, ["tolerance"], "tolerance", 0, ["frames_retry"])["relative"].isna().all()
+    found = paired_differences(
+        table.assign(frames_retry=-table["frames_retry"]), ["tolerance"], "tolerance", 1, ["frames_retry"]
+    )
+    assert found["relative"].tolist() == [1.0, -1.0]
+
+
 def test_trials_of_other_seeds_are_no_pair():
     info = study({"tolerance": [0, 1]}, repetitions=4)
     table = trials(info, lambda levels, repetition: {"deviation": 1.0})
