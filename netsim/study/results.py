@@ -6,6 +6,7 @@ trials = load_results("runs/csmp-tolerance")
 trials.groupby("tolerance")["energy_j"].mean()
 """
 
+import re
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -23,6 +24,8 @@ from netsim.study.trial import Outcome, Task
 HEAD = ("trial", "variant")
 TAIL = ("repetition", "seed", "status", "error", "command")
 """Columns around the axes' own; then come the metrics."""
+ELSEWHERE = re.compile(r"^(scenario|seed)$|_by_node(_|$)")
+"""Figures that are no columns of their own: those of a node are in the table of nodes."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,8 @@ class StudyResults:
     Attributes:
         info: The study.
         trials: One row a trial: `trial`, `variant`, the axes' columns, `repetition`, `seed`, `status`, `error`,
-            `command` (to be typed in the study's folder), then every scalar metric, nested ones by dotted names.
+            `command` (to be typed in the study's folder), then every scalar metric, nested ones by dotted names; those of
+            a node are in `nodes`.
         nodes: One row a trial and node: `trial`, `variant`, `repetition`, `node`, `name`, `group`, `role`, `x_m`, `y_m`,
             `energy_j`, `death_s`.
         folder: Where it lies.
@@ -134,7 +138,7 @@ def _table(path: Path) -> pd.DataFrame:
 
 
 def _row(info: StudyInfo, task: Task, outcome: Outcome, seed: int) -> dict[str, Any]:
-    figures = {name: value for name, value in flatten(outcome.figures).items() if name not in ("scenario", "seed")}
+    once = {name: value for name, value in outcome.figures.items() if not ELSEWHERE.search(name)}
     return {
         "trial": task.trial,
         "variant": task.variant,
@@ -144,5 +148,5 @@ def _row(info: StudyInfo, task: Task, outcome: Outcome, seed: int) -> dict[str, 
         "status": outcome.status,
         "error": outcome.error,
         "command": command_of(task),
-        **figures,
+        **flatten(once),
     }
