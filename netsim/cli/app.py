@@ -277,11 +277,12 @@ def list_all() -> None:
 @app.command()
 def schema(
     reference: Annotated[bool, typer.Option("--reference", help="A table of all fields (Markdown) instead.")] = False,
+    study: Annotated[bool, typer.Option("--study", help="Of study files instead of scenario files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors; the shipped scenarios refer to it in their first line."""
     from netsim.cli.listing import schema_command
 
-    schema_command(reference)
+    schema_command(reference, study)
 
 
 @new_app.command("algorithm")

@@ -53,7 +53,9 @@ def study_command(file: Path, overrides: Sequence[str], orders: Orders) -> None:
     cluster = None if orders.scheduler is None else DaskWorkers(orders.scheduler)
     try:
         folder = study_folder(orders.out, plan.study.name, resume=orders.resume, force=orders.force)
-        with open_study(plan, folder, _typed(), resume=orders.resume, allow_changed=orders.allow_changed) as study:
+        with open_study(
+            plan, folder, shlex.join(_typed()), resume=orders.resume, allow_changed=orders.allow_changed
+        ) as study:
             _tell_plan(study)
             end = _run(study, orders, cluster)
             _tell_end(plan, end, report=orders.report)
@@ -156,19 +158,20 @@ def _tell_failures(plan: Plan, end: StudyEnd) -> None:
         tell(outcome.details.rstrip())
 
 
-def _typed() -> str:
-    return shlex.join(["netsim", *sys.argv[1:]])
-
-
-def _resuming(folder: Path) -> str:
-    """The command that goes on with a study: as typed, with its folder and --resume."""
-    words, kept = iter(sys.argv[1:]), list[str]()
+def _typed() -> list[str]:
+    """What the user typed, without what concerns only the folder."""
+    words, kept = iter(sys.argv[1:]), ["netsim"]
     for word in words:
         if word == "--out":
             next(words, None)
         elif word not in ("--resume", "--force", "--allow-changed") and not word.startswith("--out="):
             kept.append(word)
-    return shlex.join(["netsim", *kept, "--out", str(folder), "--resume"])
+    return kept
+
+
+def _resuming(folder: Path) -> str:
+    """The command that goes on with a study."""
+    return shlex.join([*_typed(), "--out", str(folder), "--resume"])
 
 
 def _count(number: int, noun: str) -> str:

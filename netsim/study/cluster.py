@@ -17,7 +17,7 @@ from netsim.errors import NetsimError, ScenarioError
 from netsim.study.executors import WorkerDied, window_of
 from netsim.study.trial import Outcome, Task, files_of, run_trial
 
-CONNECT_S = 10.0
+CONNECT_S = 5.0
 """How long a scheduler may take to answer."""
 COUNT_EVERY_S = 5.0
 """How often to look whether workers came or went."""

@@ -1,5 +1,6 @@
 """What is wrong with a study as a whole: axes that get in each other's way, names that name nothing."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -12,6 +13,7 @@ from netsim.study.axes import list_of, settings_of
 from netsim.study.schema import Axis, Level, Study
 
 MOST_VARIANTS = 10_000
+FILE_NAME = r"[A-Za-z0-9][A-Za-z0-9._ -]*"
 RESERVED = ("trial", "variant", "repetition", "seed", "status", "error", "command")
 """Columns of the result table that no axis may be called."""
 
@@ -25,6 +27,9 @@ def study_findings(study: Study, document: Document) -> list[Finding]:
         found += _column(document, ("sweep", index), axis, columns)
         found += _labels(document, ("sweep", index), axis, labels)
         columns[axis.column] = labels
+    if not re.fullmatch(FILE_NAME, study.name):
+        expected = "letters, digits, spaces and . _ - (results go into a folder of this name)"
+        found.append(document.finding(("name",), expected, repr(study.name)))
     total = 1
     for levels in columns.values():
         total *= len(levels)

@@ -129,6 +129,9 @@ def load_plan(path: Path | str, overrides: Sequence[str] = (), *, plugins: bool 
         ScenarioError: With every finding; those about a variant's values name the line of the study that set them.
     """
     path = Path(path)
+    if kind_of(path) == "scenario":
+        message = f"{path} is a scenario, not a study: run it with `netsim run {path}`"
+        raise ScenarioError(message)
     document = read_study(path, overrides)
     study, findings = check_document(document, Study)
     findings = findings or study_findings(study, document)
@@ -139,6 +142,16 @@ def load_plan(path: Path | str, overrides: Sequence[str] = (), *, plugins: bool 
     if made.findings:
         raise ScenarioError(list(dict.fromkeys(made.findings)))
     return Plan(study, path, document, tuple(each for each in variants if each is not None))
+
+
+def kind_of(path: Path) -> object:
+    """What a file says it is: `scenario`, `study` or anything else.
+
+    Raises:
+        ScenarioError: If it cannot be read.
+    """
+    kind = read_document(path).root.child("kind")
+    return None if kind is None else kind.value
 
 
 def read_study(path: Path, overrides: Sequence[str] = ()) -> Document:
