@@ -1,7 +1,6 @@
 """One trial: a variant's scenario in one repetition, run in whatever process it comes to."""
 
 import json
-import sys
 import tempfile
 import time
 import traceback
@@ -182,16 +181,7 @@ def _variant(source: _Source) -> _Unpacked:
         target = Path(made.name) / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
-        _forget_other(target, content)
     return _Unpacked(load(Path(made.name) / SCENARIO_FILE), made)
-
-
-def _forget_other(path: Path, content: bytes) -> None:
-    """A worker outlives a study: of the user's module it may hold an older version, which must be imported anew."""
-    module = sys.modules.get(path.stem) if path.suffix == ".py" else None
-    file = getattr(module, "__file__", None)
-    if file is not None and (not Path(file).is_file() or Path(file).read_bytes() != content):
-        del sys.modules[path.stem]
 
 
 def _failures(result: Result) -> str:
