@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from netsim.cli.console import say, tell
+from netsim.cli.console import counted, say, tell
 from netsim.cli.device_warnings import device_warnings
 from netsim.errors import ScenarioError
 from netsim.scenario.build import build
@@ -46,9 +46,10 @@ def _errors(plan: Plan, variants: Sequence[Variant]) -> Iterator[str]:
 
 def _tell(plan: Plan, different: Sequence[Variant]) -> None:
     count, repetitions = len(plan.variants), len(plan.repetitions)
-    say(
-        f"{plan.path}: ok ({plan.study.name}: {count} variants x {repetitions} repetitions = {count * repetitions} trials)"
+    trials = (
+        f"{counted(count, 'variant')} x {counted(repetitions, 'repetition')} = {counted(count * repetitions, 'trial')}"
     )
+    say(f"{plan.path}: ok ({plan.study.name}: {trials})")
     if len(different) < count:
         say(f"  {count - len(different)} variants are the same as others and are run once")
     if len(different) > MOST_BUILT:

@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from netsim.cli import EXIT_FAILURE, EXIT_INTERRUPTED
-from netsim.cli.console import say, tell
+from netsim.cli.console import counted, say, tell
 from netsim.cli.study_progress import duration, watched_study
 from netsim.errors import NetsimError, ScenarioError
 from netsim.study.cluster import DaskWorkers
@@ -85,7 +85,7 @@ def _refuse_contradictions(orders: Orders) -> None:
 def _run(study: OpenStudy, orders: Orders, cluster: DaskWorkers | None) -> StudyEnd:
     def hire(trials: int) -> Workers:
         workers = cluster or local_workers(min(orders.jobs or usable_cores(), trials))
-        tell(f"{trials} trials to run by {workers.name}")
+        tell(f"{counted(trials, 'trial')} to run by {workers.name}")
         return workers
 
     try:
@@ -103,10 +103,8 @@ def _run(study: OpenStudy, orders: Orders, cluster: DaskWorkers | None) -> Study
 
 def _tell_plan(study: OpenStudy) -> None:
     plan, trials = study.plan, len(study.tasks)
-    repetitions = len(plan.repetitions)
-    tell(
-        f"{plan.study.name}: {_count(len(plan.variants), 'variant')} x {_count(repetitions, 'repetition')} = {trials} trials"
-    )
+    variants, repetitions = counted(len(plan.variants), "variant"), counted(len(plan.repetitions), "repetition")
+    tell(f"{plan.study.name}: {variants} x {repetitions} = {counted(trials, 'trial')}")
     for note in study.notes:
         tell(note)
     once = study.finished + len(study.todo)
@@ -122,7 +120,7 @@ def _tell_end(plan: Plan, end: StudyEnd, *, report: bool) -> None:
     if standing.ran:
         failed = f" ({len(end.failures)} failed)" if end.failures else ""
         rate = standing.ran / end.wall_s
-        say(f"{_count(standing.ran, 'trial')}{failed} in {duration(end.wall_s)} by {end.workers}, {rate:.3g} trials/s")
+        say(f"{counted(standing.ran, 'trial')}{failed} in {duration(end.wall_s)} by {end.workers}, {rate:.3g} trials/s")
         start = ", the start of the workers included" if standing.workers > 1 else ""
         mean_s = standing.trial_wall_s / standing.ran
         say(f"A trial took {mean_s:.3g} s on average, and {1e3 * (end.overhead_s or 0.0):.3g} ms besides itself{start}")
@@ -172,7 +170,3 @@ def _typed() -> list[str]:
 def _resuming(folder: Path) -> str:
     """The command that goes on with a study."""
     return shlex.join([*_typed(), "--out", str(folder), "--resume"])
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

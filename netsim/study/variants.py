@@ -7,6 +7,7 @@ from pathlib import Path
 
 from netsim.errors import Finding, ScenarioError
 from netsim.reading import Document, Node, assign, dump_yaml, read_document
+from netsim.scenario.build import build
 from netsim.scenario.inputs import Gathering, Input
 from netsim.scenario.load import LoadedScenario, inspect_document
 from netsim.study.axes import Combination
@@ -63,6 +64,9 @@ class Variants:
             self.findings += findings
             return None
         portable, inputs = Gathering(loaded).gather()
+        if missing := [each for each in inputs if not each.source.is_file()]:
+            self.findings += _missing(loaded, missing[0], combination)
+            return None
         digest = _digest(dump_yaml(replace(portable, name="-", description="", repetition=0)), inputs)
         return Variant(number, dict(combination.levels), loaded, dump_yaml(portable), tuple(inputs), digest)
 
@@ -77,6 +81,19 @@ class Variants:
         for target, value in combination.values:
             document = assign(document, target, value)
         return path, document
+
+
+def _missing(loaded: LoadedScenario, first: Input, combination: Combination) -> list[Finding]:
+    """What to say of files that are not there: what a run would say."""
+    try:
+        build(loaded)
+    except ScenarioError as error:
+        return list(error.findings) or [_about(_where(combination), str(error))]
+    return [_about(_where(combination), f"expected an existing file, got `{first.source}`")]
+
+
+def _where(combination: Combination) -> Node:
+    return combination.values[-1][1] if combination.values else combination.scenario
 
 
 def _about(node: Node, text: str) -> Finding:

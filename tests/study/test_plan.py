@@ -67,7 +67,7 @@ def test_the_digest_covers_files_that_a_scenario_refers_to(tmp_path):
 
 def test_overrides_reach_the_study_or_else_its_scenarios(tmp_path):
     path = write_study(tmp_path)
-    overrides = ["repetitions=5", "mac.queue_limit=3", "nodes[0].tx_power_dbm=-10", "medium.exponent=2.5"]
+    overrides = ["repetitions=5", "mac.queue_frames=3", "nodes[0].tx_power_dbm=-10", "medium.exponent=2.5"]
     plan = load_plan(path, overrides)
     assert plan.study.repetitions == 5
     for each in plan.variants:
@@ -141,7 +141,11 @@ def test_a_misspelt_path_is_found_on_the_line_of_the_study(tmp_path):
         ("repetitions: 0", "6: repetitions", "> 0"),
         ("repetition: 3", "6: repetition", "did you mean `repetitions`?"),
         ("sweep: [{name: way, cases: [{name: a, scenario: nowhere.yaml}]}]", "6", "an existing scenario file"),
-        ("sweep: [{path: seed, name: s, range: {start: 0, stop: 10001, step: 1}}]", "6: sweep", "at most 10000 variants"),
+        (
+            "sweep: [{path: seed, name: s, range: {start: 0, stop: 10001, step: 1}}]",
+            "6: sweep",
+            "at most 10000 variants",
+        ),
     ],
 )
 def test_what_is_said_of_a_study_that_is_wrong(tmp_path, text, place, words):

@@ -93,7 +93,11 @@ def test_without_resume_everything_is_run_anew(whole, tmp_path):
 
 
 def test_variants_of_equal_content_are_run_once_and_have_their_rows(tmp_path):
-    cases = [{"name": "as it is"}, {"name": "the same", "set": {"fidelity": None}}, {"name": "csma", "set": {"fidelity": "csma"}}]
+    cases = [
+        {"name": "as it is"},
+        {"name": "the same", "set": {"fidelity": None}},
+        {"name": "csma", "set": {"fidelity": "csma"}},
+    ]
     plan = load_plan(write_study(tmp_path, sweep=[{"name": "way", "cases": cases}]))
     out = tmp_path / "out"
     out.mkdir()
@@ -101,7 +105,9 @@ def test_variants_of_equal_content_are_run_once_and_have_their_rows(tmp_path):
     assert (end.standing.trials, end.standing.done, end.standing.ran) == (4, 4, 4)
     trials = netsim.load_results(out)
     assert len(trials) == 6
-    first, second = (trials[trials["way"] == name].iloc[:, 9:].reset_index(drop=True) for name in ("as it is", "the same"))
+    first, second = (
+        trials[trials["way"] == name].iloc[:, 9:].reset_index(drop=True) for name in ("as it is", "the same")
+    )
     assert first.equals(second)
     assert run_study(plan, out, "c", resume=True).standing.ran == 0
 
@@ -161,7 +167,12 @@ def reopen(folder, out, *, allow_changed=False, **changes):
         ({"set": {"duration_s": 5, "algorithm.rounds": 2}}, ["duration_s: 4.0 before, 5.0 now"], 0),
         ({"seed": 3}, ["seed: 1 before, 3 now"], 0),
         (
-            {"sweep": [{"path": "algorithm.tolerance", "values": [0, 0.5]}, {"path": "fidelity", "values": ["ideal", "csma"]}]},
+            {
+                "sweep": [
+                    {"path": "algorithm.tolerance", "values": [0, 0.5]},
+                    {"path": "fidelity", "values": ["ideal", "csma"]},
+                ]
+            },
             ["axis tolerance: 0.5 new", "axis tolerance: 1 gone"],
             4,
         ),
