@@ -119,7 +119,12 @@ def node_table(tasks: Iterable[Task], outcomes: Mapping[str, Outcome]) -> pd.Dat
         )
         for name in ("trial", "variant", "repetition")
     }
-    columns = {name: [value for _, nodes in done for value in nodes[name]] for name in NODE_COLUMNS}
+    columns = {
+        name: [
+            value for (_, nodes), count in zip(done, counts, strict=True) for value in nodes.get(name, [None] * count)
+        ]
+        for name in NODE_COLUMNS
+    }
     return pd.DataFrame(head | {name: (text if name in TEXTS else typed)(values) for name, values in columns.items()})
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from study_records import study, trials
 
-from netsim.study.statistics import aggregate, pareto_candidates, pareto_set
+from netsim.study.statistics import aggregate, indistinguishable, pareto_candidates, pareto_set
 
 COORDINATE = st.one_of(st.integers(0, 4).map(float), st.just(float("nan")))
 POINTS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=1, max_size=12)
@@ -81,11 +81,20 @@ def test_with_enough_repetitions_the_cautious_set_is_the_true_one():
     table = trials(info, figures)
     assert pareto_candidates(table, "association_error", "energy_j") == [0, 1]
     few = table[table["repetition"] < 1]
+    assert indistinguishable(few, [0, 1, 2], ("association_error", "energy_j")) == [(0, 1), (0, 2), (1, 2)]
+    assert indistinguishable(table, [0, 1, 2], ("association_error", "energy_j")) == []
     assert pareto_candidates(few, "association_error", "energy_j") == [0, 1, 2, 3]
 
 
+def test_variants_that_repetitions_cannot_tell_apart_are_named():
+    rng = np.random.default_rng(2)
+    info = study({"level": ["a", "b", "c"]}, 10)
+    table = trials(info, lambda levels, repetition: {"energy_j": rng.normal() + 100 * (levels["level"] == "c")})
+    assert indistinguishable(table, [2, 0, 1, 7], ["energy_j"]) == [(0, 1)]
+
+
 def test_equal_in_one_and_better_in_the_other_dominates():
-    info = study({"level": ["a", "b", "c"]}, 4)
+    info = study({"level": ["a", "b", "c"]}, 6)
     figures = {"a": (0.5, 10), "b": (0.5, 12), "c": (None, 1)}
     table = trials(
         info,
