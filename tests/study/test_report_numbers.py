@@ -6,6 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from netsim.metrics.catalogue import CATALOGUE
+from netsim.study.plots.style import plain_tick
+from netsim.study.reporting.names import TITLES, title_with, unit_of
 from netsim.study.reporting.numbers import (
     Scale,
     decimals_of,
@@ -16,6 +19,7 @@ from netsim.study.reporting.numbers import (
     signed,
     with_half,
 )
+from netsim.study.reporting.view import LIFETIMES
 
 PLAIN = Scale()
 
@@ -98,3 +102,29 @@ def test_no_number_is_a_dash_and_infinity_a_sign():
     assert number(-math.inf) == "\N{MINUS SIGN}∞"
     assert decimals_of(0.0) is None
     assert decimals_of(math.nan) is None
+
+
+def test_titles_are_those_of_metrics_that_there_are():
+    assert set(TITLES) <= set(CATALOGUE)
+    assert set(LIFETIMES) <= set(CATALOGUE)
+    assert {unit_of(name) for name in LIFETIMES} == {"day"}
+
+
+@pytest.mark.parametrize(
+    ("metric", "unit", "shown"),
+    [
+        ("energy_beyond_listening_j", "mJ", "energy beyond listening (mJ)"),
+        ("frame_byte", "byte", "bytes in frames"),
+        ("frame_byte", "kB", "bytes in frames (kB)"),
+        ("association_error", "", "association error"),
+        ("energy_by_state_j.radio.listen", "J", "energy by state: radio.listen (J)"),
+        ("my_own_figure_s", "", "my own figure"),
+    ],
+)
+def test_metrics_are_called_by_words_and_unit(metric, unit, shown):
+    assert title_with(metric, unit) == shown
+
+
+def test_ticks_are_written_as_one_writes_them():
+    shown = [plain_tick(value) for value in (0.03, 7.61425, 30000.0, -0.5, 0.0)]
+    assert shown == ["0.03", "7.61425", "30\N{NARROW NO-BREAK SPACE}000", "\N{MINUS SIGN}0.5", "0"]

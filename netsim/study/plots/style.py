@@ -147,7 +147,7 @@ def log_scale(axis: Any, values: Sequence[float]) -> None:
 
 def plain_tick(value: float, _: int | None = None) -> str:
     """A tick as one writes it: `0.03`, `30`, `30 000`."""
-    text = f"{value:g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    text = f"{value:.8g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     return text.replace("-", MINUS)
 
 

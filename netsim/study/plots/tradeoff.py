@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from netsim.study.levels import label_of
 from netsim.study.plots.labels import Mark, label_points
@@ -19,6 +20,7 @@ from netsim.study.plots.style import (
     log_scale,
     markers_of,
     panels,
+    plain_tick,
     settle,
     shorten,
     spans_decades,
@@ -122,7 +124,7 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
 
 
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
-    """A log axis for a cost that spans decades, in all panels of it alike."""
+    """A log axis for a cost that spans decades, in all panels of it alike; few ticks on others."""
     for cost in dict.fromkeys(cost for cost, _, _ in wanted):
         values = [
             point[0] for _, _, found in wanted for each in found if (point := _point(view, each, cost)) is not None
@@ -130,6 +132,9 @@ def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
         for axis, panel in zip(axes.flat, wanted, strict=False):
             if panel[0] == cost and spans_decades(values):
                 log_scale(axis.xaxis, values)
+            elif panel[0] == cost:
+                axis.xaxis.set_major_locator(MaxNLocator(4))  # figures that differ late have long labels
+                axis.xaxis.set_major_formatter(FuncFormatter(plain_tick))
 
 
 def _legend(view: View, figure: Figure) -> None:
