@@ -7,9 +7,12 @@ import sys
 
 from rich.console import Console
 from rich.table import Table
+from rich.tree import Tree
 
 WIDTH_ELSEWHERE = 100
 """Width of tables that go into a file or a pipe."""
+WIDTH_UNWRAPPED = 10_000
+"""More than any line of a tree takes."""
 
 err = Console(stderr=True, highlight=False)
 
@@ -27,6 +30,11 @@ def tell(line: str) -> None:
 def show(table: Table) -> None:
     """A table of results."""
     Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_ELSEWHERE).print(table)
+
+
+def show_tree(tree: Tree) -> None:
+    """A tree of results; in a file or a pipe its lines are not wrapped, so that each stays one."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_UNWRAPPED).print(tree)
 
 
 def is_terminal() -> bool:
