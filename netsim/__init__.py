@@ -7,6 +7,7 @@
     print(result.metrics["association_error"], result.metrics["energy_j"])
 
 `load` reads and checks a scenario, `run` simulates it and returns a `Result`: metrics, energy ledger, where the trace is.
+`load_results` reads the table of a study as a pandas DataFrame.
 """
 
 from collections.abc import Sequence
@@ -15,11 +16,23 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-__all__ = ["LoadedScenario", "NetsimError", "Result", "ScenarioError", "TraceError", "__version__", "load", "run"]
+__all__ = [
+    "LoadedScenario",
+    "NetsimError",
+    "Result",
+    "ScenarioError",
+    "TraceError",
+    "__version__",
+    "load",
+    "load_results",
+    "run",
+]
 
 from netsim.errors import NetsimError, ScenarioError, TraceError
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from netsim.scenario.load import LoadedScenario
     from netsim.scenario.run import Result
 
@@ -65,6 +78,20 @@ def run(
     loaded = load(scenario) if isinstance(scenario, str | Path) else scenario
     made = None if folder is None else new_folder(Path(folder), loaded.scenario.name, force)
     return run_scenario(loaded, folder=made, trace=trace)
+
+
+def load_results(path: str | Path) -> "pd.DataFrame":
+    """The trials of a study, one row each: axes, repetition, seed, status, and every scalar metric.
+
+    Args:
+        path: The folder that `netsim study` wrote, or the results.parquet in it.
+
+    Raises:
+        ScenarioError: If there is no such table.
+    """
+    from netsim.study.results import load_results as load_table
+
+    return load_table(path)
 
 
 def __getattr__(name: str) -> Any:

@@ -34,7 +34,7 @@ What no annotation can say is checked in `__post_init__`, with a `ValueError` th
 `raise ValueError("low_m below high_m")` is shown as `expected low_m below high_m, got {low_m: 5, high_m: 3}`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeVar, dataclass_transform
 
 from annotated_types import Ge, Gt, Le, MinLen
@@ -50,7 +50,7 @@ PointM = tuple[float, float]
 _T = TypeVar("_T")
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True)
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
 def parameters(cls: type[_T]) -> type[_T]:
     """Make `cls` a frozen, keyword-only dataclass that the schema accepts strictly: no unknown keys, no NaN."""
     config: dict[str, Any] = {"extra": "forbid", "allow_inf_nan": False, "use_attribute_docstrings": True}

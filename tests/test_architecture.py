@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "metrics": {"trace", "kernels"},
     "calibrate": {"kernels", "models"},
     "replay": {"trace"},
-    "study": {"scenario", "metrics"},
+    "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
     "scenario": EVERYTHING,
     "cli": EVERYTHING,

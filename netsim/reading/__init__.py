@@ -10,7 +10,7 @@ from netsim.reading.checks import Resolver, Resolvers, Unknown, check_document, 
 from netsim.reading.document import Document, Node, Path, path_text
 from netsim.reading.dump import Namers, dump_yaml, to_plain
 from netsim.reading.files import read_document, read_record
-from netsim.reading.overlays import apply_override, overlay
+from netsim.reading.overlays import apply_override, assign, is_assignable, overlay
 from netsim.reading.parse import parse
 from netsim.reading.reference import FieldRow, field_reference
 from netsim.reading.schema import OpenTypes, json_schema
@@ -26,10 +26,12 @@ __all__ = [
     "Resolvers",
     "Unknown",
     "apply_override",
+    "assign",
     "check_document",
     "dump_yaml",
     "field_reference",
     "findings",
+    "is_assignable",
     "json_schema",
     "overlay",
     "parse",

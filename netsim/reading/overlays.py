@@ -1,11 +1,11 @@
 """Laying documents over each other: files over the files they extend, assignments over files."""
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from netsim.errors import Finding, ScenarioError
-from netsim.reading.document import OVERRIDE, Document, Node, OverrideFinding, Path, path_text
+from netsim.reading.document import OVERRIDE, Document, Node, OverrideFinding, Path, finding_at
 from netsim.reading.parse import parse
 from netsim.reading.scalars import show
 from netsim.reading.shapes import TAG
@@ -48,16 +48,42 @@ def apply_override(document: Document, override: str) -> Document:
         ScenarioError: If the text is no assignment, its value no YAML, or an index outside its list.
     """
     target, equals, text = (part.strip() for part in override.partition("="))
-    if not equals or not _ASSIGNED.fullmatch(target):
+    if not equals or not is_assignable(target):
         remedy = "write it like `medium.exponent=3.5` or `nodes[0].count=9`"
         raise ScenarioError([OverrideFinding(OVERRIDE, 0, "", "path=value", show(override), remedy)])
     try:
         parsed = parse(text, OVERRIDE)
     except ScenarioError as error:
         raise ScenarioError(_about(target, error.findings)) from error
-    keys = tuple(re.findall(r"[^.\[\]]+", target))
-    root = _with_value(document.root, keys, _from_command_line(parsed.root), ())
+    root = _Assignment(OVERRIDE, 0, _from_command_line(parsed.root)).into(document.root, _keys(target), ())
     return Document(root, document.problems + _about(target, parsed.problems))
+
+
+def assign(document: Document, target: str, value: Node) -> Document:
+    """A document with one value set from another file: like `apply_override`, but findings name the file of the value.
+
+    Args:
+        document: The document; it is not changed.
+        target: Dotted keys and list indices: `nodes[0].count` or `nodes.0.count`.
+        value: The value as it was read.
+
+    Raises:
+        ScenarioError: If the target is no path, or an index is outside its list.
+    """
+    if not is_assignable(target):
+        remedy = "write it like `medium.exponent` or `nodes[0].count`"
+        raise ScenarioError([finding_at(value.file, value.line, (), "the path of a value", show(target), remedy)])
+    root = _Assignment(value.file, value.line, value).into(document.root, _keys(target), ())
+    return Document(root, document.problems)
+
+
+def is_assignable(target: str) -> bool:
+    """Whether a text is a path of dotted keys and list indices."""
+    return _ASSIGNED.fullmatch(target) is not None
+
+
+def _keys(target: str) -> tuple[str, ...]:
+    return tuple(re.findall(r"[^.\[\]]+", target))
 
 
 def _about(target: str, found: tuple[Finding, ...]) -> tuple[Finding, ...]:
@@ -72,27 +98,35 @@ def _from_command_line(node: Node) -> Node:
     return Node(node.value, OVERRIDE, 0)
 
 
-def _with_value(node: Node, keys: tuple[str, ...], value: Node, path: Path) -> Node:
-    if not keys:
-        return value
-    first, rest = keys[0], keys[1:]
-    if isinstance(node.value, list):
-        index = _index(node.value, first, path)
-        items = list(node.value)
-        items[index] = _with_value(items[index], rest, value, (*path, index))
-        return replace(node, value=items)
-    known: dict[Any, Node] = node.value if isinstance(node.value, dict) else {}
-    kept = known
-    if keys == (TAG,) and type_differs(node, Node({TAG: value}, OVERRIDE, 0)):
-        kept = {key: child for key, child in known.items() if child.file == OVERRIDE}
-    inner = _with_value(kept.get(first, Node({}, OVERRIDE, 0)), rest, value, (*path, first))
-    merged = {**kept, first: inner}
-    return replace(node, value=merged) if isinstance(node.value, dict) else Node(merged, OVERRIDE, 0)
+@dataclass(frozen=True, slots=True)
+class _Assignment:
+    """A value, and from where it is assigned; what was assigned from there before stays when a `type` changes."""
 
+    file: str
+    line: int
+    value: Node
 
-def _index(items: list[Node], key: str, path: Path) -> int:
-    if re.fullmatch(r"[0-9]{1,9}", key) and int(key) < len(items):
-        return int(key)
-    expected = f"an index from 0 to {len(items) - 1}" if items else "no index: the list is empty"
-    remedy = "count the items of the list from 0"
-    raise ScenarioError([OverrideFinding(OVERRIDE, 0, path_text(path), expected, f"`{key}`", remedy)])
+    def into(self, node: Node, keys: tuple[str, ...], path: Path) -> Node:
+        """The node with the value put in at the keys."""
+        if not keys:
+            return self.value
+        first, rest = keys[0], keys[1:]
+        if isinstance(node.value, list):
+            index = self._index(node.value, first, path)
+            items = list(node.value)
+            items[index] = self.into(items[index], rest, (*path, index))
+            return replace(node, value=items)
+        known: dict[Any, Node] = node.value if isinstance(node.value, dict) else {}
+        kept = known
+        if keys == (TAG,) and type_differs(node, Node({TAG: self.value}, self.file, self.line)):
+            kept = {key: child for key, child in known.items() if child.file == self.file}
+        inner = self.into(kept.get(first, Node({}, self.file, self.line)), rest, (*path, first))
+        merged = {**kept, first: inner}
+        return replace(node, value=merged) if isinstance(node.value, dict) else Node(merged, self.file, self.line)
+
+    def _index(self, items: list[Node], key: str, path: Path) -> int:
+        if re.fullmatch(r"[0-9]{1,9}", key) and int(key) < len(items):
+            return int(key)
+        expected = f"an index from 0 to {len(items) - 1}" if items else "no index: the list is empty"
+        remedy = "count the items of the list from 0"
+        raise ScenarioError([finding_at(self.file, self.line, path, expected, f"`{key}`", remedy)])

@@ -108,8 +108,19 @@ def inspect(
     Raises:
         ScenarioError: If there is nothing to check: no such file, or not YAML.
     """
-    path = Path(path)
-    document = read_document(path, overrides)
+    return inspect_document(read_document(Path(path), overrides), Path(path), plugins=plugins)
+
+
+def inspect_document(
+    document: Document, path: Path, *, plugins: bool = True
+) -> tuple[LoadedScenario | None, list[Finding]]:
+    """Like `inspect`, for a scenario that has been read.
+
+    Args:
+        document: What was read, and perhaps changed since.
+        path: Its file: relative paths in the scenario are relative to where it lies.
+        plugins: Whether algorithms named `module:Class` may be imported.
+    """
     registry = Registry(path.parent, plugins)
     scenario, findings = check_document(document, Scenario, dict.fromkeys(OPEN_PATHS, registry.resolve))
     if not findings:

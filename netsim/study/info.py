@@ -1,0 +1,168 @@
+"""What a study's folder says of itself: enough to tabulate, compare and report its results without the study file."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from netsim.errors import ScenarioError
+from netsim.reading.reasons import why_unreadable
+from netsim.study.schema import Level
+
+FORMAT = 1
+INFO_FILE = "study.json"
+STUDY_FILE = "study.yaml"
+JOURNAL_FILE = "trials.jsonl"
+RESULTS = "results"
+"""Stem of the table of trials: results.parquet, results.csv."""
+NODES = "nodes"
+"""Stem of the table of nodes."""
+VARIANTS = "variants"
+"""Subfolder with each variant's scenario."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisInfo:
+    """An axis of a study.
+
+    Attributes:
+        name: Its column in the tables.
+        levels: What its settings are called, in order.
+        paths: The values of the scenario that it changes.
+    """
+
+    name: str
+    levels: tuple[Level, ...]
+    paths: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class VariantInfo:
+    """A variant of a study.
+
+    Attributes:
+        number: Its number, counted from 0.
+        levels: Its level on each axis.
+        digest: Digest of its resolved scenario and of the files that this refers to.
+        scenario: The scenario's name.
+    """
+
+    number: int
+    levels: Mapping[str, Level]
+    digest: str
+    scenario: str
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedInfo:
+    """A published figure (see `netsim.study.schema.Published`)."""
+
+    metric: str
+    value: float
+    at: Mapping[str, Level]
+    standard_error: float | None
+    source: str
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class SourceInfo:
+    """Where something that the study uses comes from: its part (`algorithm`, `mac`, ...), its name, its citation."""
+
+    part: str
+    name: str
+    citation: str
+
+
+@dataclass(frozen=True, slots=True)
+class StudyInfo:
+    """A study, as its results need it.
+
+    Attributes:
+        name: Short name.
+        question: What it is to answer.
+        description: What one must know to read its results.
+        axes: What is varied.
+        variants: Every combination of the axes' levels.
+        seed: Seed of the trials; those of the variants, should they differ, by variant.
+        repetitions: The repetitions' numbers.
+        metrics: Metrics to tabulate; empty for the usual ones.
+        error: Metric to hold against the costs; None for the problem's.
+        costs: Metrics to hold it against; empty for the usual ones.
+        compare_axis: Axis along which levels are compared in pairs; None without axes.
+        baseline: The level that the others are compared with.
+        published: Published figures.
+        sources: Citations of what the variants use.
+        command: What made the study, as typed.
+        versions: Of netsim, Python and the packages that figures depend on.
+    """
+
+    name: str
+    question: str
+    description: str
+    axes: tuple[AxisInfo, ...]
+    variants: tuple[VariantInfo, ...]
+    seeds: tuple[int, ...]
+    repetitions: tuple[int, ...]
+    metrics: tuple[str, ...]
+    error: str | None
+    costs: tuple[str, ...]
+    compare_axis: str | None
+    baseline: Level
+    published: tuple[PublishedInfo, ...]
+    sources: tuple[SourceInfo, ...]
+    command: str
+    versions: Mapping[str, str]
+
+    @property
+    def axis_names(self) -> list[str]:
+        """The axes' columns, in order."""
+        return [axis.name for axis in self.axes]
+
+    def to_json(self) -> str:
+        """As the text of `study.json`."""
+        return json.dumps({"format": FORMAT, **asdict(self)}, indent=2, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> "StudyInfo":
+        """From the text of `study.json`.
+
+        Raises:
+            ValueError: If it is none of this format.
+        """
+        given: dict[str, Any] = json.loads(text)
+        if given.pop("format", None) != FORMAT:
+            message = f"not a study of format {FORMAT}"
+            raise ValueError(message)
+        try:
+            return cls(
+                **given
+                | {
+                    "axes": tuple(
+                        AxisInfo(axis["name"], tuple(axis["levels"]), tuple(axis["paths"])) for axis in given["axes"]
+                    ),
+                    "variants": tuple(VariantInfo(**variant) for variant in given["variants"]),
+                    "published": tuple(PublishedInfo(**figure) for figure in given["published"]),
+                    "sources": tuple(SourceInfo(**source) for source in given["sources"]),
+                    **{name: tuple(given[name]) for name in ("seeds", "repetitions", "metrics", "costs")},
+                }
+            )
+        except (KeyError, TypeError) as error:
+            message = f"not a whole description of a study: {error}"
+            raise ValueError(message) from error
+
+
+def read_info(folder: Path) -> StudyInfo:
+    """The description of the study in a folder.
+
+    Raises:
+        ScenarioError: If there is none.
+    """
+    path = folder / INFO_FILE
+    try:
+        return StudyInfo.from_json(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        got = "no such file" if isinstance(error, FileNotFoundError) else why_unreadable(path, error)
+        message = f"{path}: expected the description of a study, got: {got}; give the folder that `netsim study` wrote"
+        raise ScenarioError(message) from error

@@ -1,0 +1,152 @@
+"""One trial: a variant's scenario in one repetition, run in whatever process it comes to."""
+
+import tempfile
+import time
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+from netsim import __version__
+from netsim.errors import NetsimError
+from netsim.scenario.folder import SCENARIO_FILE
+from netsim.scenario.load import LoadedScenario, load
+from netsim.scenario.run import Result, run
+from netsim.trace.events import Event, NodeTable
+from netsim.trace.recorder import Handler
+
+Status = Literal["ok", "failed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What a worker needs to run one trial.
+
+    Attributes:
+        trial: Number in the study.
+        variant: Number of its variant.
+        repetition: Number of its repetition.
+        key: Names the content: the variant's digest and the repetition. Equal keys give equal figures.
+        folder: Folder of the variant's scenario on the machine that runs the study.
+        files: The same folder's files by name, for a worker elsewhere; empty where the folder is at hand.
+    """
+
+    trial: int
+    variant: int
+    repetition: int
+    key: str
+    folder: str
+    files: tuple[tuple[str, bytes], ...] = ()
+
+    @property
+    def digest(self) -> str:
+        """The variant's digest."""
+        return self.key.rpartition("-")[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one trial.
+
+    Attributes:
+        trial: Number in the study.
+        key: See `Task.key`.
+        status: Whether it has figures.
+        error: Why not, on one line.
+        figures: Its metrics, as in metrics.json.
+        nodes: What it cost each node: columns by name, of equal length.
+        wall_s: How long it took.
+        details: The traceback of a failure.
+        netsim_version: The worker's.
+    """
+
+    trial: int
+    key: str
+    status: Status
+    error: str = ""
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    nodes: Mapping[str, list[Any]] = field(default_factory=dict)
+    wall_s: float = 0.0
+    details: str = ""
+    netsim_version: str = __version__
+
+
+def run_trial(task: Task) -> Outcome:
+    """Run a trial; what it raises becomes its outcome."""
+    begun_s = time.perf_counter()
+    try:
+        loaded = _variant(task.digest, task.folder, task.files).loaded
+        scenario = replace(loaded.scenario, repetition=task.repetition)
+        notes = NodeNotes()
+        result = run(replace(loaded, scenario=scenario), observers=[notes])
+    except Exception as error:  # whatever it is, the other trials go on
+        wall_s = time.perf_counter() - begun_s
+        text = str(error) if isinstance(error, NetsimError) else repr(error)
+        return Outcome(task.trial, task.key, "failed", _line(text), wall_s=wall_s, details=traceback.format_exc())
+    if result.failures:
+        return Outcome(task.trial, task.key, "failed", _failures(result), wall_s=result.wall_s)
+    nodes = notes.columns(result.metrics)
+    return Outcome(task.trial, task.key, "ok", "", result.metrics, nodes, time.perf_counter() - begun_s)
+
+
+class NodeNotes:
+    """Notes where the nodes stand; an observer of one run."""
+
+    def __init__(self) -> None:
+        self._table: NodeTable | None = None
+
+    def handlers(self) -> Mapping[type[Event], Handler]:
+        """See `Observer.handlers`."""
+        return {NodeTable: self._on_nodes}
+
+    def columns(self, figures: Mapping[str, Any]) -> dict[str, list[Any]]:
+        """One row a node: name, group, role, position, energy, time of death."""
+        table = self._table
+        if table is None:
+            return {}
+        return {
+            "node": list(map(int, table.node)),
+            "name": list(table.name),
+            "group": list(table.group),
+            "role": list(table.role),
+            "x_m": list(map(float, table.x_m)),
+            "y_m": list(map(float, table.y_m)),
+            "energy_j": [figures["energy_by_node_j"].get(name) for name in table.name],
+            "death_s": [figures["death_by_node_s"].get(name) for name in table.name],
+        }
+
+    def _on_nodes(self, event: NodeTable, _: int) -> None:
+        self._table = event
+
+
+@dataclass(frozen=True, slots=True)
+class _Unpacked:
+    """A variant's scenario, and the folder made for it, if one was: it goes when this goes."""
+
+    loaded: LoadedScenario
+    folder: "tempfile.TemporaryDirectory[str] | None" = None
+
+
+@lru_cache(maxsize=16)
+def _variant(digest: str, folder: str, files: tuple[tuple[str, bytes], ...]) -> _Unpacked:
+    """The scenario of a variant: read once in a process, not once a trial."""
+    if not files:
+        return _Unpacked(load(Path(folder) / SCENARIO_FILE))
+    made = tempfile.TemporaryDirectory(prefix="netsim-")
+    for name, content in files:
+        target = Path(made.name) / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content)
+    return _Unpacked(load(Path(made.name) / SCENARIO_FILE), made)
+
+
+def _failures(result: Result) -> str:
+    node, failure = next(iter(result.failures.items()))
+    more = f" (and {len(result.failures) - 1} nodes more)" if len(result.failures) > 1 else ""
+    return _line(f"node {node}: {failure}{more}")
+
+
+def _line(text: str) -> str:
+    return " | ".join(line.strip() for line in text.splitlines() if line.strip())
