@@ -1,7 +1,7 @@
 """`netsim lifetime`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from rich.table import Table
 
 from netsim.cli.console import say, show
 from netsim.metrics.lifetime import Lifetime, spread_of
-from netsim.scenario.outlook import outlook
+from netsim.scenario.outlook import Outlook, outlook
 
 
 def lifetime_command(folder: Path, changes: dict[str, Any]) -> None:
@@ -30,9 +30,29 @@ def lifetime_command(folder: Path, changes: dict[str, Any]) -> None:
         table.add_section()
         table.add_row(*_row("all", found.lifetimes))
     show(table)
+    for line in _milestones(found):
+        say(line)
     say("Assumptions:")
     for sentence in found.assumptions:
         say(f"- {sentence}")
+
+
+def _milestones(found: Outlook) -> Iterator[str]:
+    stages = found.milestones
+    if stages is None:
+        yield "Partition and loss of accuracy: not known, for the folder has no trace.mcap, which tells links and hosts."
+        return
+    yield f"First node dead: {_or_never(stages.first_dead_days)}"
+    yield f"Network falls apart: {_or_never(stages.partition_days)}"
+    if found.needed:
+        why = f"one of the {found.needed} nodes that the answer needs is dead or cut off"
+        yield f"First loss of accuracy ({why}): {_or_never(stages.accuracy_days)}"
+    else:
+        yield "First loss of accuracy: does not apply; no node hosts a variable of a problem, and there is no sink."
+
+
+def _or_never(days: float | None) -> str:
+    return "never" if days is None else _days(days) + (" days" if days >= 1.0 else "")
 
 
 def _row(name: str, members: Sequence[Lifetime]) -> tuple[str, ...]:

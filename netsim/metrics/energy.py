@@ -9,6 +9,13 @@ from netsim.trace.events import EnergyHarvest, EnergyLedger, NodeLife, NodeTable
 from netsim.trace.recorder import Handler
 from netsim.units import NS_PER_S
 
+STANDING = {
+    "radio": frozenset({"listen", "sleep", "idle", "off", "dead"}),
+    "cpu": frozenset({"sleep", "off", "dead"}),
+    "sensor": frozenset({"off", "dead"}),
+}
+"""States of a device, by device, that go on by themselves while nothing is sent, received, computed or sensed."""
+
 
 class Energy:
     """Sums up the ledger that the simulation writes at its end, and notes who died when."""
@@ -40,6 +47,8 @@ class Energy:
         most = max(by_node, key=lambda node: (by_node[node], -node), default=None)
         return {
             "energy_j": math.fsum(row[4] for row in rows),
+            "energy_beyond_listening_j": math.fsum(row[4] for row in rows if row[2] not in STANDING.get(row[1], ())),
+            "energy_by_device_j": _sums((row[1], row[4]) for row in rows),
             "energy_by_state_j": _sums((f"{device}.{state}", joules) for _, device, state, _, joules in rows),
             "energy_by_kind_j": _sums((kind or "(none)", joules) for _, _, _, kind, joules in rows),
             "energy_by_node_j": {self._names.get(node, str(node)): joules for node, joules in by_node.items()},

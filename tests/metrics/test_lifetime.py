@@ -6,8 +6,10 @@ import pytest
 
 from netsim.errors import ScenarioError
 from netsim.metrics.lifetime import DutyPlan, NodeUse, assumptions, lifetimes, spread_of
+from netsim.metrics.milestones import Milestones
+from netsim.metrics.reach import Reach
 from netsim.scenario.load import load
-from netsim.scenario.outlook import outlook
+from netsim.scenario.outlook import lifetime_figures, outlook
 from netsim.scenario.run import run
 
 SCENARIO = """
@@ -118,6 +120,34 @@ def test_the_outlook_of_a_run(folder):
     assert by_name["n02"].days == pytest.approx(0.0564 / tiny_j, rel=0.01)
     assert by_name["n03"].days == math.inf
     assert found.assumptions[0].startswith("Taken from the run days (seed 1, 5 s simulated), as one activity of 5 s")
+
+
+def test_milestones_of_a_run(folder):
+    """On the ideal medium all hear all: the tiny node dies first, and the two sensors leave the sink alone together."""
+    found = outlook(folder, {})
+    by_name = {each.use.name: each.days for each in found.lifetimes}
+    last = max(by_name["n00"], by_name["n01"])
+    assert found.milestones == Milestones(by_name["n02"], last, by_name["n02"])
+
+
+def test_without_a_trace_the_milestones_are_not_known(folder, tmp_path):
+    for name in ("metrics.json", "scenario.yaml"):
+        (tmp_path / name).write_text((folder / name).read_text())
+    assert outlook(tmp_path, {}).milestones is None
+
+
+def test_figures_for_a_study_are_those_of_the_outlook(folder):
+    loaded, reach = load(folder / "scenario.yaml"), Reach()
+    metrics = run(loaded, observers=[reach]).metrics
+    figures = lifetime_figures(loaded, metrics, reach.links, reach.hosts)
+    stages = outlook(folder, {}).milestones
+    assert figures["lifetime_first_dead_days"] == stages.first_dead_days
+    assert figures["lifetime_partition_days"] == stages.partition_days
+    assert figures["lifetime_accuracy_days"] == stages.accuracy_days
+    assert figures["lifetime_median_days"] == spread_of(outlook(folder, {}).lifetimes).median_days
+    hosting = lifetime_figures(loaded, metrics, reach.links, {0})
+    assert hosting["lifetime_accuracy_days"] == outlook(folder, {}).lifetimes[0].days
+    assert lifetime_figures(load(folder / "scenario.yaml", ["duty_plan=null"]), metrics, reach.links, reach.hosts) == {}
 
 
 def test_options_replace_the_plan(folder):

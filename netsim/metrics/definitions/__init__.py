@@ -1,0 +1,1 @@
+"""What each figure means, a module a group."""
