@@ -175,6 +175,38 @@ def inspect(
 
 
 @app.command()
+def compare(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(help="Folders of runs, or their traces; or folders of studies.", show_default=False),
+    ],
+    everything: Annotated[bool, typer.Option("--all", help="Show every metric, not only the headline ones.")] = False,
+    fail_if: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fail-if",
+            metavar="EXPRESSION",
+            help="End with status 1 if this holds, as in --fail-if 'error_rel > 0.02'. May be repeated.",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the whole comparison as JSON.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Put runs side by side, each against the first: figures, scenarios, versions, and where their traces part.
+
+    Of studies: variants of the same levels, with the paired difference and its 95 % interval where the studies share seed
+    and repetitions.
+
+    In --fail-if a metric's name (see metrics.json) is its value in the later run, NAME_first that in the first run,
+    NAME_diff the difference and NAME_rel the relative one; `error` stands for the error of the problem. Join comparisons
+    by and, or, not.
+    """
+    from netsim.cli.compare import compare_command
+
+    compare_command(runs, list(fail_if or []), everything=everything, as_json=as_json)
+
+
+@app.command()
 def lifetime(
     folder: Annotated[Path, typer.Argument(help="Folder of a run.", show_default=False)],
     per_day: Annotated[

@@ -12,7 +12,7 @@ from rich.tree import Tree
 WIDTH_ELSEWHERE = 100
 """Width of tables that go into a file or a pipe."""
 WIDTH_UNWRAPPED = 10_000
-"""More than any line of a tree takes."""
+"""More than any line of a tree or of a table of figures takes."""
 
 err = Console(stderr=True, highlight=False)
 
@@ -27,9 +27,9 @@ def tell(line: str) -> None:
     sys.stderr.write(f"{line}\n")
 
 
-def show(table: Table) -> None:
-    """A table of results."""
-    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_ELSEWHERE).print(table)
+def show(table: Table, elsewhere: int = WIDTH_ELSEWHERE) -> None:
+    """A table of results; `elsewhere` is its greatest width in a file or a pipe."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else elsewhere).print(table)
 
 
 def show_tree(tree: Tree) -> None:

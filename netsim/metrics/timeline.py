@@ -14,6 +14,7 @@ from netsim.trace.events import (
     Association,
     EnergyBudget,
     Estimate,
+    Event,
     Fault,
     Frame,
     GraphMessages,
@@ -275,3 +276,16 @@ def _counted(count: int, noun: str) -> str:
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
+
+
+def event_words(event: Event, label: Callable[[int], str]) -> str:
+    """An event in words, as in the time line of the node it is about; of events about no single node, the topic."""
+    node = getattr(event, "source", None) if isinstance(event, Frame | MessageSent) else getattr(event, "node", None)
+    if not isinstance(node, int):
+        return event.topic
+    line = TimeLine(node, label, Window(frames=True))
+    handler = line.handlers().get(type(event))
+    if handler is None:
+        return f"{event.topic} of {label(node)}"
+    handler(event, 0)
+    return " ".join(f"{label(node)} {entry.what} {entry.text}" for entry in line.entries) or event.topic

@@ -99,7 +99,7 @@ def differences(first: Event, second: Event) -> list[Difference]:
     if type(first) is not type(second):
         return []
     pairs = ((each.name, getattr(first, each.name), getattr(second, each.name)) for each in fields(first))
-    return [Difference(*told) for pair in pairs for told in _told(*pair)]
+    return [Difference(name, *map(_plain, values)) for pair in pairs for name, *values in _told(*pair)]
 
 
 def _told(name: str, first: Any, second: Any) -> Iterator[tuple[str, Any, Any]]:
@@ -111,6 +111,11 @@ def _told(name: str, first: Any, second: Any) -> Iterator[tuple[str, Any, Any]]:
     else:
         parts = ((f"{name}[{index}]", *pair) for index, pair in enumerate(zip(first, second, strict=True)))
         yield from (next(([part] for part in parts if not _same(part[1], part[2])), []))
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and lists of Python's own."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _same(first: Any, second: Any) -> bool:
