@@ -61,7 +61,7 @@ def _show(comparison: Comparison, everything: bool) -> None:
     show_settings("What differs between the versions", comparison.versions, names)
     rows = [row for row in comparison.rows if everything or row.metric in HEADLINE]
     _show_rows([row for row in rows if not row.is_equal], names)
-    if equal := [row.metric for row in rows if row.is_equal]:
+    if equal := [row.metric for row in rows if row.is_equal and row.first is not None]:
         say(f"equal: {listed(equal)}")
     more = [row.metric for row in comparison.rows if row not in rows and not row.is_equal]
     if more or comparison.lists:

@@ -37,7 +37,8 @@ def compare_studies_command(
 
 def _show_match(first: str, match: Match, everything: bool) -> None:
     how = "within pairs of one seed and repetition" if match.is_paired else "between independent samples (Welch)"
-    say(f"{match.name} against {first}: differences {how}, with 95 % intervals.")
+    say(f"{match.name} against {first}: differences {how}, each with its own 95 % interval.")
+    say(f"Of {len(match.variants)} variants that both have, the scenarios of {match.changed} differ.")
     if match.lonely:
         say(f"only in one of them, and left out: {listed(match.lonely)}")
     lines = [line for line in match.overall if everything or line.metric in HEADLINE]
@@ -53,7 +54,7 @@ def _show_match(first: str, match: Match, everything: bool) -> None:
 
 
 def _show_lines(title: str, lines: Mapping[str, Sequence[Line]], first: str, later: str) -> None:
-    told = [(levels, line) for levels, of in lines.items() for line in of if not line.is_equal]
+    told = [(levels, line) for levels, of in lines.items() for line in of if not (line.is_equal or line.is_empty)]
     if not told:
         say(f"{title}: all figures asked for are equal.")
         return
@@ -87,6 +88,7 @@ def _plain(comparison: StudyComparison, verdicts: Sequence[tuple[str, Judgement]
             {
                 "study": match.name,
                 "paired": match.is_paired,
+                "changed_scenarios": match.changed,
                 "left_out": match.lonely,
                 "overall": _plain_lines(match.overall),
                 "variants": {levels: _plain_lines(lines) for levels, lines in match.variants.items()},

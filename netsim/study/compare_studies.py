@@ -43,9 +43,14 @@ class Line:
 
     @property
     def is_equal(self) -> bool:
-        """Whether every pair has the same figure, or no trial has any."""
+        """Whether every pair has the same figure."""
         apart = self.difference
-        return apart.verdict == EQUAL or not (apart.n or apart.n_baseline)
+        return apart.verdict == EQUAL
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no trial has a figure."""
+        return not (self.difference.n or self.difference.n_baseline)
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,7 @@ class Match:
     Attributes:
         name: Its folder as it was given.
         is_paired: Whether the differences are those within pairs.
+        changed: Of how many variants that both have the scenarios differ.
         overall: Each metric over all variants that both have, each variant weighing the same.
         variants: Each metric of each of these, by levels in words.
         lonely: Levels of variants that only one of the two has.
@@ -62,6 +68,7 @@ class Match:
 
     name: str
     is_paired: bool
+    changed: int
     overall: list[Line]
     variants: Mapping[str, list[Line]]
     lonely: list[str]
@@ -146,10 +153,15 @@ def _match(first: StudyResults, other: StudyResults) -> Match:
     return Match(
         str(other.folder),
         is_paired,
+        sum(_digest(first, base[labels]) != _digest(other, later[labels]) for labels in both),
         [_line(metric, *_means(tables, list(cells.values()), metric, is_paired), is_paired) for metric in metrics],
         {name: [_line(metric, tables, pair, is_paired) for metric in metrics] for name, pair in cells.items()},
         sorted(lonely),
     )
+
+
+def _digest(study: StudyResults, cell: Cell) -> str:
+    return next(variant.digest for variant in study.info.variants if variant.number == cell.variant)
 
 
 def _metrics(first: StudyResults, other: StudyResults) -> list[str]:

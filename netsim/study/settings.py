@@ -39,20 +39,18 @@ def differing(documents: Sequence[Any]) -> list[Setting]:
 
 
 def _walk(path: tuple[Any, ...], values: Sequence[Any]) -> Iterator[Setting]:
-    if all(_equal(value, values[0]) for value in values):
-        return
-    if all(isinstance(value, Mapping) and value.get(TAG) == values[0].get(TAG) for value in values):
+    first = values[0]
+    if all(
+        isinstance(value, Mapping) and isinstance(first, Mapping) and value.get(TAG) == first.get(TAG)
+        for value in values
+    ):
         for key in dict.fromkeys(key for value in values for key in value):
             yield from _walk((*path, key), [value.get(key, _ABSENT) for value in values])
-    elif all(isinstance(value, list) and len(value) == len(values[0]) for value in values):
+    elif all(isinstance(value, list) and isinstance(first, list) and len(value) == len(first) for value in values):
         for index, items in enumerate(zip(*values, strict=True)):
             yield from _walk((*path, index), items)
-    else:
+    elif not all(type(value) is type(first) and value == first for value in values):
         yield Setting(path_text(path), tuple(map(_text, values)))
-
-
-def _equal(a: Any, b: Any) -> bool:
-    return type(a) is type(b) and bool(a == b)
 
 
 def _text(value: Any) -> str:
