@@ -68,6 +68,7 @@ class Hosted:
     """What a node keeps of the vertices it hosts: the vertices, their memory, the last messages received.
 
     `fresh` are the messages taken since the last send: what is sent next answers them, and so does what of it is sent again.
+    `taken` counts all messages taken.
     """
 
     hosting: Hosting
@@ -75,6 +76,7 @@ class Hosted:
     incoming: Mapping[int, dict[int, FloatArray]]
     newest: dict[tuple[int, int], int]
     fresh: list[Message]
+    taken: int = 0
 
     @classmethod
     def of(cls, hosting: Hosting, rule: CommunicationRule) -> "Hosted":
@@ -98,6 +100,15 @@ class Hosted:
             self.newest[source, destination] = number
             self.incoming[destination][source] = message
         return True
+
+    def causes_again(self, answered: Sequence[Message] | None) -> Sequence[Message] | None:
+        """What a message names as its causes when it is sent again: those of the first time, not what came meanwhile.
+
+        Args:
+            answered: The messages taken before it was sent; None for a start message, which answers the measurements. The
+                node knows these itself until something else is taken; then such a message names none.
+        """
+        return () if answered is None and self.taken else answered
 
     @property
     def operations(self) -> int:
@@ -194,23 +205,21 @@ class MessagePassing:
             hosted.accept((number & LAST_ROUND, source, destination, message))
         if by_host:
             yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
-            again = self._causes_again(hosted, number)
+            answered, hosted.fresh = (hosted.fresh if number > 0 else None), []
             for host, entries in sorted(by_host.items()):
                 payload = encode_entries(number, entries, self._parameters.payload)
-                node.spawn(self._post(node, host, payload, node.send(host, BELIEF, payload), again))
+                ticket = node.send(host, BELIEF, payload)
+                node.spawn(self._post(node, hosted, host, payload, ticket, answered))
         return any(outputs[source].largest_change > SETTLED for source, _, _ in local)
 
-    def _causes_again(self, hosted: Hosted, number: int) -> Sequence[Message] | None:
-        """What a message names as its causes if it is sent again, when others may have been received meanwhile.
-
-        A start message answers the measurements received before. In synchronous rounds nothing is taken until it is seen
-        off, so the node still knows these itself; else it then names none.
-        """
-        again, hosted.fresh = hosted.fresh, []
-        return None if number == 0 and self._parameters.schedule == "synchronous" else again
-
     def _post(
-        self, node: NodeHandle, host: int, payload: bytes, ticket: Ticket, causes: Sequence[Message] | None
+        self,
+        node: NodeHandle,
+        hosted: Hosted,
+        host: int,
+        payload: bytes,
+        ticket: Ticket,
+        answered: Sequence[Message] | None,
     ) -> Op[None]:
         """See a message off: send it again if the link layer gives it up and its round is not over yet."""
         last_ns = node.now_ns + s_to_ns(self._parameters.round_s - self._parameters.spread_s)
@@ -222,7 +231,7 @@ class MessagePassing:
             if node.now_ns + wait_ns > last_ns:
                 return
             yield from node.pause(wait_ns)
-            ticket = node.send(host, BELIEF, payload, causes=causes)
+            ticket = node.send(host, BELIEF, payload, causes=hosted.causes_again(answered))
 
     def _collect(self, node: NodeHandle, hosted: Hosted, number: int | None) -> Op[None]:
         """Take everything that has arrived; what belongs to this round or a later one stays in the inbox until its turn."""
@@ -232,6 +241,7 @@ class MessagePassing:
 
     def _take(self, node: NodeHandle, hosted: Hosted, message: Message) -> None:
         hosted.fresh.append(message)
+        hosted.taken += 1
         for entry in decode_entries(message.payload, self._parameters.payload):
             if not hosted.accept(entry):
                 node.log(f"message from vertex {entry[1]} to {entry[2]} does not fit and is left out")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 import netsim
 from netsim.metrics.causes import Cause, Causes, causal_chain, reason_of
 from netsim.metrics.collect import replay
+from netsim.sim.handle import Handle
 from netsim.trace.events import (
     BROADCAST,
     Event,
@@ -189,3 +191,49 @@ def test_a_belief_names_what_its_sender_received_since_it_spoke(
             silent += reason.silent > 0
     assert checked > 5
     assert silent >= silences
+
+
+def test_what_came_early_is_a_cause_in_the_round_that_uses_it(scenarios: Path, tmp_path: Path) -> None:
+    """With clocks apart by up to half a round and more, some messages arrive before their receiver's round begins."""
+    clocks = "nodes[0].clock={offset_sd_s: 0.4, drift_sd_ppm: 30}"
+    result = netsim.run(netsim.load(scenarios / "quickstart.yaml", [clocks, "algorithm.tolerance=0"]), folder=tmp_path)
+    assert result.trace is not None
+    causes = told(list(read_trace(result.trace)))
+    pairs = [
+        (causes.sendings[cause], sending)
+        for sending in causes.sendings.values()
+        for cause in sending.causes
+        if sending.round is not None and causes.sendings[cause].round is not None
+    ]
+    assert len(pairs) > 20
+    assert [(cause, sending) for cause, sending in pairs if (cause.round or 0) >= (sending.round or 0)] == []
+
+
+def test_a_message_sent_again_names_the_causes_of_the_first_time(
+    scenarios: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Asynchronous and over lossy air, so that others are received between a message and its repetition."""
+    posted: dict[tuple[int, int, bytes], list[int]] = {}
+    hand_over = Handle.send
+
+    def send(self: Handle, destination: int, kind: str, payload: bytes, **rest: Any) -> Any:
+        ticket = hand_over(self, destination, kind, payload, **rest)
+        posted.setdefault((self.id, destination, payload), []).append(ticket.message_id)
+        return ticket
+
+    monkeypatch.setattr(Handle, "send", send)
+    changes = [
+        "seed=3", "algorithm.schedule=asynchronous", "algorithm.tolerance=0.01", "algorithm.resend=8",
+        "medium={type: ideal, loss_probability: 0.4}", "mac={type: csma, max_retries: 0}",
+    ]  # fmt: skip
+    result = netsim.run(netsim.load(scenarios / "quickstart.yaml", changes), folder=tmp_path)
+    assert result.trace is not None
+    sendings = told(list(read_trace(result.trace))).sendings
+    repeated = 0
+    for numbers_of_one in posted.values():
+        first, *again = (sendings[number] for number in numbers_of_one)
+        starts = all(sendings[cause].kind == "observations" for cause in first.causes)
+        for sending in again:
+            assert set(sending.causes) == set(first.causes) or (starts and not sending.causes)
+            repeated += not starts
+    assert repeated > 5
