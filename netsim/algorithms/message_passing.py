@@ -274,10 +274,18 @@ class MessagePassing:
             if isinstance(vertex, SensorVertex):
                 decision = vertex.decide(hosted.incoming[vertex_id], self._semiring)
                 node.record(Association(node.id, decision.tolist(), number))
+                if number == self._parameters.rounds:
+                    self._report_origins(node, vertex, hosted.incoming[vertex_id])
             elif not isinstance(vertex, FactorVertex):
                 belief = np.exp(vertex.belief(hosted.incoming[vertex_id], self._semiring))
                 is_max = int(self._semiring is Semiring.MAX)
                 node.record(Marginals(node.id, vertex_id, belief, number, is_max))
+
+    def _report_origins(self, node: NodeHandle, vertex: SensorVertex, incoming: Mapping[int, FloatArray]) -> None:
+        """Record where a sensor believes in the end that its measurements came from; max-product has only its decision."""
+        if self._semiring is Semiring.SUM and vertex.measurement_count:
+            belief = np.exp(vertex.belief(incoming, self._semiring))
+            node.record(Marginals(node.id, vertex.id, belief, self._parameters.rounds, 0))
 
 
 def _is_due(number: int, message: Message) -> bool:

@@ -18,6 +18,7 @@ from netsim.trace.events import (
     Fault,
     Frame,
     GraphMessages,
+    Identity,
     Log,
     Marginals,
     MessageDelivered,
@@ -105,6 +106,7 @@ class TimeLine:
             Association: self._on_association,
             Marginals: self._on_marginals,
             Estimate: self._on_estimate,
+            Identity: self._on_identity,
             AlgorithmRecord: self._on_algorithm,
             Log: self._on_log,
         }
@@ -246,6 +248,11 @@ class TimeLine:
     def _on_estimate(self, event: Estimate, now_ns: int) -> None:
         if event.node == self._node:
             self._add(now_ns, "estimates", f"target {event.target} at ({event.x_m:.4g}, {event.y_m:.4g}) m")
+
+    def _on_identity(self, event: Identity, now_ns: int) -> None:
+        if event.node == self._node:
+            numbers = _listed(f"{value:.4g}" for value in event.probability)
+            self._add(now_ns, "believes", f"track {event.track} follows targets by {numbers}")
 
     def _on_algorithm(self, event: AlgorithmRecord, now_ns: int) -> None:
         if event.node == self._node:

@@ -256,3 +256,16 @@ def test_every_round_takes_cpu_time_and_energy(scenarios: Path) -> None:
         assert entry.time_ns == 7 * round_ns
         assert entry.energy_j == pytest.approx(cpu.active_mw * 1e-3 * 7 * round_ns / 1e9, rel=1e-12)
     assert busy >= 5
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_two_sensors_find_the_exact_origins_of_their_measurements(scenarios: Path, seed: int) -> None:
+    """Their model is a tree; a chain of more sensors has loops where three see a target."""
+    two = "nodes=[{name: two, cpu: cortex_m4, placement: {type: grid, rows: 1, columns: 2, spacing_m: 3}}]"
+    algorithm = "algorithm={type: sum-product, rounds: 3}"
+    overrides = [two, "problem.targets.count=5", f"seed={seed}", algorithm, *IDEAL]
+    metrics = simulate(scenarios / "quickstart.yaml", overrides)[2].metrics
+    assert len(metrics["marginals"]) == 2
+    assert metrics["marginal_error_linf"] < 1e-10
+    with_max = simulate(scenarios / "quickstart.yaml", [*overrides, "algorithm.type=max-product"])[2].metrics
+    assert "marginals" not in with_max

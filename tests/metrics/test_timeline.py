@@ -16,6 +16,7 @@ from netsim.trace.events import (
     Fault,
     Frame,
     GraphMessages,
+    Identity,
     Log,
     Marginals,
     MessageDelivered,
@@ -67,6 +68,7 @@ EVENTS: list[tuple[Event, str, str]] = [
     (Association(1, [2, -1], 4), "decides", "targets 2, none, as before (after round 4)"),
     (Marginals(1, 7, [0.25, 0.75], 3, 0), "believes", "marginal of x7: 0.25, 0.75 (after round 3)"),
     (Estimate(1, 2, 3.0, 4.0, []), "estimates", "target 2 at (3, 4) m"),
+    (Identity(1, 2, [0.25, 0.75]), "believes", "track 2 follows targets by 0.25, 0.75"),
     (AlgorithmRecord(1, "phase", '{"n": 2}'), "notes", "phase: n 2"),
     (Log(0, 0, 2, "hello", "node 1", "", 0), "logs", "hello"),
 ]
