@@ -26,7 +26,7 @@ EQUAL: Final = "equal"
 UNDECIDED: Final = "no difference shown"
 """The interval holds 0."""
 TOO_FEW: Final = "too few pairs"
-"""Fewer than two, which gives no interval."""
+"""There is no interval: fewer than two pairs, or fewer than six that differ by the very same amount."""
 
 COLUMNS: Final = (
     *(
@@ -128,10 +128,10 @@ def paired_differences(
     Returns:
         A row for each combination of the others, metric and level: the other axes, `axis` (the level compared), `metric`,
         `n` (pairs), `n_baseline` (the same), `baseline_mean` and `mean` over these pairs, `difference` with its standard
-        error `se` and 95 % interval `low` to `high` (NaN below two pairs), `relative` (difference over the magnitude of
-        baseline_mean; NaN where that is 0), `p` of the paired t test, `p_holm` (adjusted for all comparisons of this metric
-        in the table: below 0.05 it stands even though many were made), `verdict`: "lower" or "higher" where the interval
-        excludes 0, "equal" where every pair is, "no difference shown", or "too few pairs".
+        error `se` and 95 % interval `low` to `high` (NaN where there are too few pairs), `relative` (difference over
+        the magnitude of baseline_mean; NaN where that is 0), `p` of the paired t test, `p_holm` (adjusted for all
+        comparisons of this metric in the table: below 0.05 it stands even though many were made), `verdict`: "lower" or
+        "higher" where the interval excludes 0, "equal" where every pair is, "no difference shown", or "too few pairs".
 
     Raises:
         ScenarioError: If axis or baseline are not in the table, or `axes` leaves out one that matters.

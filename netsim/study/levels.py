@@ -41,11 +41,10 @@ def labels_of(table: pd.DataFrame, axis: str) -> list[str]:
 
 def at(table: pd.DataFrame, levels: Mapping[str, Level]) -> "pd.Series[bool]":
     """Which rows of a table stand at given levels, by the columns' names."""
-    found = pd.Series(data=True, index=table.index, dtype=bool)
-    for axis, level in levels.items():
-        wanted = label_of(level)
-        found &= [label == wanted for label in labels_of(table, axis)]
-    return found
+    wanted = {axis: label_of(level) for axis, level in levels.items()}
+    columns = [[label == wanted[axis] for label in labels_of(table, axis)] for axis in wanted]
+    found = [all(row) for row in zip(*columns, strict=True)] if columns else [True] * len(table)
+    return pd.Series(found, index=table.index, dtype=bool)
 
 
 def words(levels: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 
 import pandas as pd
 
@@ -54,6 +55,27 @@ def pareto_candidates(trials: pd.DataFrame, error: str, cost: str) -> list[int]:
     both = [figures_of(trials, metric) for metric in (error, cost)]
     cells = [cell for cell in cells_of(trials, ()) if all(figures.of(cell) for figures in both)]
     return [cell.variant for cell in cells if not any(_dominates(both, other, cell) for other in cells)]
+
+
+def indistinguishable(trials: pd.DataFrame, variants: Sequence[int], metrics: Sequence[str]) -> list[tuple[int, int]]:
+    """The pairs of some variants between which no metric shows a difference, repetition by repetition.
+
+    Args:
+        trials: One row a trial.
+        variants: Numbers of variants, such as a Pareto set.
+        metrics: Names of metrics.
+
+    Returns:
+        The pairs, in the order of `variants`.
+    """
+    cells = {cell.variant: cell for cell in cells_of(trials, ())}
+    figures = [figures_of(trials, metric) for metric in metrics]
+    pairs = combinations([cells[variant] for variant in variants if variant in cells], 2)
+    return [
+        (one.variant, other.variant)
+        for one, other in pairs
+        if not any(paired(each, other, one).verdict in (LOWER, HIGHER) for each in figures)
+    ]
 
 
 def sign_of(metric: str) -> int:

@@ -35,13 +35,9 @@ def published_table(info: StudyInfo, summary: pd.DataFrame) -> pd.DataFrame:
 
 
 def z_score(measured: float, se: float, published: float, published_se: float | None) -> float:
-    """How many standard errors a measured mean lies above a published figure; NaN without a standard error of it."""
-    if math.isnan(se):
-        return math.nan
-    apart, both = measured - published, math.hypot(se, published_se or 0.0)
-    if both == 0:
-        return math.copysign(math.inf, apart) if apart else 0.0
-    return apart / both
+    """How many standard errors a measured mean lies above a published figure; NaN without a standard error."""
+    both = math.hypot(se, published_se or 0.0)
+    return (measured - published) / both if both > 0 else math.nan
 
 
 def _rows(figure: PublishedInfo, summary: pd.DataFrame, axes: list[str]) -> Iterator[dict[str, Any]]:

@@ -2,7 +2,12 @@
 
 Pure functions of Python numbers. Sums are exactly rounded, so the order of the numbers changes no digit.
 
+Numbers that are all equal have no spread, and the t interval would claim certainty after two of them: two runs of a metric
+that counts in whole steps easily agree. There the exact permutation test decides (all signs, or all ways to deal the numbers
+to two samples, being equally likely), and unless it reaches 5 % - six pairs, or four against four - there is no interval.
+
 References:
+    Fisher (1935), "The Design of Experiments", section 21: permutation test.
     Student (1908), "The probable error of a mean", Biometrika 6.
     Welch (1947), "The generalization of Student's problem when several different population variances are involved",
         Biometrika 34; degrees of freedom after Satterthwaite (1946).
@@ -11,7 +16,7 @@ References:
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from scipy.special import stdtr, stdtrit
@@ -33,9 +38,9 @@ class Sample:
         mean: The mean; NaN without numbers.
         sd: Standard deviation with n - 1 below the line; NaN below two numbers.
         se: Standard error of the mean.
-        low: Lower end of the 95 % interval.
+        low: Lower end of the 95 % interval; NaN below two numbers, or where too few of them are all equal.
         high: Upper end.
-        p: Of the t test that the true mean is 0, two-sided; NaN where there is no standard error.
+        p: Of the test that the true mean is 0, two-sided; NaN below two numbers.
     """
 
     n: int
@@ -57,7 +62,7 @@ def sample_of(values: Sequence[Number]) -> Sample:
     mean, sd = moments(values)
     if n < 2:
         return Sample(n, mean)
-    return _interval(Sample(n, mean, sd, sd / math.sqrt(n)), n - 1)
+    return _interval(Sample(n, mean, sd, sd / math.sqrt(n)), n - 1, 2**n)
 
 
 def differences_of(values: Sequence[Number], baseline: Sequence[Number]) -> list[Number]:
@@ -84,10 +89,13 @@ def welch(values: Sequence[Number], baseline: Sequence[Number]) -> Sample:
     apart = float(difference(mean, base_mean))
     if n < 2:
         return Sample(n, apart)
-    first, second = sd**2 / len(values), base_sd**2 / len(baseline)
-    se = math.sqrt(first + second)
-    below = first**2 / (len(values) - 1) + second**2 / (len(baseline) - 1)
-    return _interval(Sample(n, apart, math.nan, se), se**4 / below if below > 0 else math.inf)
+    se, base_se = sd / math.sqrt(len(values)), base_sd / math.sqrt(len(baseline))
+    both = math.hypot(se, base_se)
+    arrangements = math.comb(len(values) + len(baseline), len(values))
+    if both == 0:
+        return _interval(Sample(n, apart, math.nan, 0.0), math.inf, arrangements)
+    below = (se / both) ** 4 / (len(values) - 1) + (base_se / both) ** 4 / (len(baseline) - 1)
+    return _interval(Sample(n, apart, math.nan, both), 1 / below, arrangements)
 
 
 def moments(values: Sequence[Number]) -> tuple[float, float]:
@@ -98,8 +106,12 @@ def moments(values: Sequence[Number]) -> tuple[float, float]:
     if min(values) == max(values):
         return float(values[0]), 0.0 if n > 1 else math.nan
     whole = all(isinstance(value, int) for value in values)
-    mean = float(sum(values) / n if whole else math.fsum(values) / n)
-    return mean, math.sqrt(math.fsum((value - mean) ** 2 for value in values) / (n - 1))
+    anchor = min(values) if whole else 0
+    apart = [value - anchor for value in values]  # of integers exact, however large they are
+    centre = math.fsum(apart) / n
+    scale = max(abs(value - centre) for value in apart)
+    squares = math.fsum(((value - centre) / scale) ** 2 for value in apart)
+    return sum(values) / n if whole else centre, scale * math.sqrt(squares / (n - 1))
 
 
 def holm(p: Sequence[float]) -> list[float]:
@@ -117,14 +129,23 @@ def holm(p: Sequence[float]) -> list[float]:
     return adjusted
 
 
-def _interval(sample: Sample, freedom: float) -> Sample:
-    """The sample with its t interval and p-value; `freedom` degrees of freedom, infinite without any spread."""
+def _interval(sample: Sample, freedom: float, arrangements: int) -> Sample:
+    """The sample with its interval and p-value.
+
+    Args:
+        sample: With mean and standard error.
+        freedom: Degrees of freedom.
+        arrangements: How many the permutation test has, for a sample without spread.
+    """
     mean, se = sample.mean, sample.se
     if se == 0:
-        return Sample(sample.n, mean, sample.sd, se, mean, mean, 1.0 if mean == 0 else 0.0)
-    half = quantile(freedom) * se
-    p = 2 * float(stdtr(freedom, -abs(mean) / se))
-    return Sample(sample.n, mean, sample.sd, se, mean - half, mean + half, p)
+        chance = 2 / arrangements
+        half = 0.0 if chance < 1 - CONFIDENCE else math.nan
+        p = 1.0 if mean == 0 else min(1.0, chance)
+    else:
+        half = quantile(freedom) * se
+        p = 2 * float(stdtr(freedom, -abs(mean) / se))
+    return replace(sample, low=mean - half, high=mean + half, p=p)
 
 
 @lru_cache(maxsize=1024)

@@ -6,7 +6,7 @@
     differences = paired_differences(results.trials, axes, "tolerance", 0, ["energy_j"])
 
 Failed trials and missing figures are left out, and `n` says how many are left; truth values count as 0 and 1; intervals are
-95 % t intervals and missing (NaN) where there is but one figure. The order of the rows given changes nothing.
+95 % t intervals, and missing (NaN) where there are too few figures. The order of the rows given changes nothing.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ import pandas as pd
 
 from netsim.study.cells import cells_of, figures_of
 from netsim.study.differences import paired_differences, unpaired_differences, variant_differences
-from netsim.study.pareto import pareto_candidates, pareto_set
+from netsim.study.pareto import indistinguishable, pareto_candidates, pareto_set
 from netsim.study.published import published_table
 from netsim.study.samples import holm, sample_of
 from netsim.study.verdicts import flips, verdicts
@@ -24,6 +24,7 @@ __all__ = [
     "aggregate",
     "flips",
     "holm",
+    "indistinguishable",
     "paired_differences",
     "pareto_candidates",
     "pareto_set",
@@ -44,7 +45,7 @@ def aggregate(trials: pd.DataFrame, axes: Sequence[str], metrics: Sequence[str])
 
     Returns:
         A row for each variant and metric: `variant`, the axes, `metric`, `n` (figures), `mean`, `sd` (n - 1 below the line),
-        `se` (sd over the root of n), `low` and `high`.
+        `se` (sd over the root of n), `low` and `high` (NaN below two figures, and below six that are all equal).
 
     Raises:
         ScenarioError: If the table lacks a column, or holds a variant's repetition twice.
