@@ -103,7 +103,7 @@ def show_chain(
     """Print what led to what a node did, as a tree; see `causal_chain`."""
     chain = causal_chain(told, causes, reader, depth, most)
     if not chain:
-        say(f"{title}: nothing; {label(reader)} had received no message.")
+        say(f"{title}: nothing that is named as a cause.")
         return
     tree = Tree(Text(title), guide_style="dim")
     for cause in chain[:most]:

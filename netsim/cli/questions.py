@@ -8,10 +8,9 @@ from netsim.cli.console import say
 from netsim.cli.replay import trace_file
 from netsim.errors import ScenarioError
 from netsim.metrics.timeline import Window
+from netsim.study.info import INFO_FILE
 from netsim.units import s_to_ns
 
-STUDY_FILE = "study.json"
-"""What the folder of a study holds, and no other."""
 TOP_PAIRS = 20
 TOP_LINES = 200
 
@@ -55,7 +54,7 @@ def ask(given: Path, question: Question) -> None:
     Raises:
         ScenarioError: If the options do not go together.
     """
-    if (given / STUDY_FILE).exists():
+    if (given / INFO_FILE).exists():
         reports = " or ".join(str(path) for path in sorted(given.glob("report.*"))) or "the report in it"
         say(f"{given} is a study, of many runs: look at {reports}")
         return

@@ -10,7 +10,7 @@ def plain_table(title: str, words: Iterable[str], numbers: Iterable[str]) -> Tab
     """A table without rows: columns of words on the left, columns of numbers after them."""
     table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
     for word in words:
-        table.add_column(word)
+        table.add_column(word, overflow="fold")
     for number in numbers:
-        table.add_column(number, justify="right")
+        table.add_column(number, justify="right", overflow="fold")
     return table

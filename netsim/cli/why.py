@@ -25,6 +25,8 @@ def why_command(trace: Path, given: str, round_number: int | None, at_s: float |
         say(f"{label(node)} had sent nothing by {at_s:g} s; its first turn is at {instant(turns[0].begun_ns)} s.")
         return
     reason = reason_of(turns, index)
+    if at_s is not None:
+        say(f"By {at_s:g} s the last turn of {label(node)} is {_which(reason.turn)}.")
     if reason.turn.messages:
         _tell_why(told, reason, node, label, depth, most)
     else:
@@ -72,7 +74,7 @@ def _tell_why(told: Causes, reason: Reason, node: int, label: Label, depth: int,
 
 def _which(turn: Turn) -> str:
     place = f"{instant(turn.begun_ns)} s"
-    return f"its turn at {place}" if turn.round is None else f"round {turn.round} (begun {place})"
+    return f"the turn at {place}" if turn.round is None else f"round {turn.round} (begun {place})"
 
 
 def _before(reason: Reason, name: str) -> str:

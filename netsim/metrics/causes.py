@@ -90,8 +90,8 @@ _Homes = Mapping[tuple[int, tuple[int, ...]], tuple[int, int]]
 class Causes:
     """Keeps who sent what when, and because of what; a reducer over the events of a run.
 
-    Which round a message belongs to is told by when it was sent and for whom. Where nodes step on their own, a message that is
-    sent again after its sender's next step therefore counts to that step.
+    Which round a message belongs to is told by when it was sent and for whom. Where nodes step on their own, a message that
+    is sent again after its sender's next step therefore counts to that step.
     """
 
     def __init__(self) -> None:

@@ -1,12 +1,12 @@
 """The time line of one node: what it did and what befell it, a line each, in the order in which it happened."""
 
-import json
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from netsim.metrics.traffic import outcome_at, role_of
+from netsim.metrics.wording import SHOWN_ENTRIES, counted, fields, listed, words
 from netsim.trace.events import (
     BROADCAST,
     RADIO_STATES,
@@ -32,9 +32,6 @@ from netsim.trace.events import (
 )
 from netsim.trace.recorder import Handler
 from netsim.units import NS_PER_MS
-
-SHOWN_ENTRIES = 6
-"""Of a longer marginal or decision only the first so many numbers are told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +153,7 @@ class TimeLine:
     def _on_delivered(self, event: MessageDelivered, now_ns: int) -> None:
         if not self._is_of_kind(event.kind):
             return
-        cost = f"{event.latency_ns / NS_PER_MS:.4g} ms, {_counted(event.hops, 'hop')}"
+        cost = f"{event.latency_ns / NS_PER_MS:.4g} ms, {counted(event.hops, 'hop')}"
         message = self._message(event.kind, event.message_id)
         if event.node == self._node:
             self._add(now_ns, "receives", f"{message} from {self._name(event.source)}: {event.size_byte} byte, {cost}")
@@ -168,7 +165,7 @@ class TimeLine:
             return
         way = f"from {self._name(event.source)} to {self._name(event.destination)}"
         where = "" if event.node == self._node else f" at {self._name(event.node)}"
-        text = f"{self._message(event.kind, event.message_id)} {way}{where}: {_words(event.reason)}"
+        text = f"{self._message(event.kind, event.message_id)} {way}{where}: {words(event.reason)}"
         self._add(now_ns, "dropped", text)
 
     def _on_frame(self, event: Frame, now_ns: int) -> None:
@@ -179,10 +176,10 @@ class TimeLine:
         way = f"{self._name(event.source)} to {self._name(event.destination)}"
         if event.source == self._node:
             attempt = f", attempt {event.attempt + 1}" if event.attempt else ""
-            outcome = "" if event.destination == BROADCAST else f": {_words(outcome_at(event, event.destination))}"
+            outcome = "" if event.destination == BROADCAST else f": {words(outcome_at(event, event.destination))}"
             self._add(now_ns, "transmits", f"{frame}, {way}, {event.size_byte} byte{attempt}{outcome}")
         elif (outcome := outcome_at(event, self._node)) != "out_of_reach":
-            self._add(now_ns, "hears", f"{frame}, {way}: {_words(outcome)}")
+            self._add(now_ns, "hears", f"{frame}, {way}: {words(outcome)}")
 
     def _on_life(self, event: NodeLife, now_ns: int) -> None:
         if event.node == self._node:
@@ -222,7 +219,7 @@ class TimeLine:
         if event.node != self._node:
             return
         sent = len(event.source)
-        told = f"sends {sent} of {_counted(event.computed, 'graph message')}" if sent else "sends no graph message"
+        told = f"sends {sent} of {counted(event.computed, 'graph message')}" if sent else "sends no graph message"
         air = f", {int(sum(event.remote))} over the air" if sent else f" of {event.computed} computed"
         late = f", begun {event.late_ns / NS_PER_MS:.4g} ms late" if event.late_ns > 0 else ""
         text = f"{event.round} {told}{air}, largest change {event.largest_change:.4g}{late}"
@@ -232,7 +229,7 @@ class TimeLine:
         if event.node != self._node:
             return
         decided = list(map(int, event.target))
-        told = _listed("none" if target < 0 else str(target) for target in decided) or "none, without a measurement"
+        told = listed("none" if target < 0 else str(target) for target in decided) or "none, without a measurement"
         same = ", as before" if decided == self._decided else ""
         self._decided = decided
         self._add(now_ns, "decides", f"targets {told}{same} (after round {event.round})")
@@ -241,7 +238,7 @@ class TimeLine:
         if event.node != self._node:
             return
         name = self._variables.get(event.variable) or str(event.variable)
-        numbers = _listed(f"{value:.4g}" for value in event.probability)
+        numbers = listed(f"{value:.4g}" for value in event.probability)
         which = "max-marginal" if event.is_max else "marginal"
         self._add(now_ns, "believes", f"{which} of {name}: {numbers} (after round {event.round})")
 
@@ -251,38 +248,16 @@ class TimeLine:
 
     def _on_identity(self, event: Identity, now_ns: int) -> None:
         if event.node == self._node:
-            numbers = _listed(f"{value:.4g}" for value in event.probability)
+            numbers = listed(f"{value:.4g}" for value in event.probability)
             self._add(now_ns, "believes", f"track {event.track} follows targets by {numbers}")
 
     def _on_algorithm(self, event: AlgorithmRecord, now_ns: int) -> None:
         if event.node == self._node:
-            self._add(now_ns, "notes", f"{event.kind}: {_fields(event.fields_json)}")
+            self._add(now_ns, "notes", f"{event.kind}: {fields(event.fields_json)}")
 
     def _on_log(self, event: Log, now_ns: int) -> None:
         if event.name == f"node {self._node}":
             self._add(now_ns, "logs", event.message)
-
-
-def _fields(text: str) -> str:
-    try:
-        fields = json.loads(text)
-    except ValueError:
-        return text
-    return ", ".join(f"{name} {value}" for name, value in fields.items()) if isinstance(fields, dict) else text
-
-
-def _listed(texts: Iterable[str]) -> str:
-    shown = list(texts)
-    more = f", ... ({len(shown)} in all)" if len(shown) > SHOWN_ENTRIES else ""
-    return ", ".join(shown[:SHOWN_ENTRIES]) + more
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def event_words(event: Event, label: Callable[[int], str]) -> str:

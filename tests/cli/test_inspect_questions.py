@@ -30,7 +30,7 @@ def test_why_a_node_woke(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert first_level == [("0", "n07"), ("0", "n04"), ("1", "n04"), ("1", "n07")]
     assert "the same causes as #" in told
     ask(run, Question(why="n03", at_s=6.5))
-    assert capsys.readouterr().out == told
+    assert capsys.readouterr().out == "By 6.5 s the last turn of n03 is round 2 (begun 6.000011 s).\n" + told
 
 
 def test_a_silent_node_is_said_to_be(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
