@@ -61,7 +61,7 @@ class Comparison:
     Attributes:
         runs: The runs; the first is the one that the others are held against.
         settings: In what their scenarios differ; None if the scenario of one is not at hand.
-        versions: In what versions they differ.
+        versions: In what versions they differ, of what is known of all.
         rows: Every scalar metric that one of them has, headline ones first.
         lists: Names of list-valued metrics that differ.
         partings: For each other run, where its trace parts from the first one's; None if they are the same.
@@ -99,7 +99,7 @@ def compare(paths: Sequence[Path]) -> Comparison:
     return Comparison(
         runs,
         None if any(scenario is None for scenario in scenarios) else differing(scenarios),
-        differing([dict(run.versions) for run in runs]),
+        _versions(runs),
         rows_of([run.figures for run in runs]),
         _lists(runs),
         tuple(None if a is None or b is None else first_divergence(a, b) for a, b in traces),
@@ -138,6 +138,11 @@ def _held(value: Any, first: Any) -> Held:
 
 def _stem(name: str) -> str:
     return name.partition(".")[0]
+
+
+def _versions(runs: Sequence[Contender]) -> list[Setting]:
+    names = [name for name in runs[0].versions if all(name in run.versions for run in runs)]
+    return differing([{name: run.versions[name] for name in names} for run in runs])
 
 
 def _lists(runs: Sequence[Contender]) -> list[str]:

@@ -77,6 +77,8 @@ def test_a_trace_stands_for_its_run(runs: Mapping[str, Path]) -> None:
     assert trace.lists == folder.lists
     assert trace.scenario == folder.scenario
     assert trace.versions == {"netsim": folder.versions["netsim"]}
+    comparison = compare([runs["one"], runs["one"] / "trace.mcap"])
+    assert (comparison.settings, comparison.versions, comparison.partings) == ([], [], (None,))
 
 
 def figures(**changes: Any) -> Mapping[str, Any]:
