@@ -146,6 +146,8 @@ def load_own(name: str, folder: Path) -> Entry:
 def _imported(module_name: str, folder: Path) -> Any:
     """Import a module with the scenario's folder first on the path."""
     where = str(folder.resolve())
+    if _is_another(module_name, folder):
+        del sys.modules[module_name]
     sys.path.insert(0, where)
     try:
         importlib.invalidate_caches()
@@ -155,3 +157,12 @@ def _imported(module_name: str, folder: Path) -> Any:
         raise ScenarioError(text) from error
     finally:
         sys.path.remove(where)
+
+
+def _is_another(module_name: str, folder: Path) -> bool:
+    """Whether a module of this name was imported from elsewhere, and is not the one that lies in the folder."""
+    own, known = folder / f"{module_name}.py", sys.modules.get(module_name)
+    if known is None or not own.is_file() or module_name in sys.stdlib_module_names:
+        return False
+    file = getattr(known, "__file__", None)
+    return file is None or not Path(file).is_file() or Path(file).read_bytes() != own.read_bytes()

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from netsim import __version__
+from netsim.cli.sections import Section
 
 app = typer.Typer(
     name="netsim",
@@ -80,13 +81,79 @@ def run(
 
 
 @app.command()
+def study(
+    study_file: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (YAML).", show_default=False)],
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", help="Worker processes; 1 runs in this one.", min=1, show_default="one a core"),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Run on the workers of this Dask scheduler, such as tcp://host:8786."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results; by default the first free of runs/NAME, runs/NAME-2, ..."),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="Go on with the study in --out, by default the last runs/NAME: run what is missing."
+        ),
+    ] = False,
+    allow_changed: Annotated[
+        bool,
+        typer.Option("--allow-changed", help="Resume though the study has changed; keep the trials that are the same."),
+    ] = False,
+    override: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="PATH=VALUE",
+            help="Override a field of the study, or a value of all its scenarios, as in --set duration_s=10. May be "
+            "repeated.",
+        ),
+    ] = None,
+    repetitions: Annotated[int | None, typer.Option(help="Repetitions instead of the study's.", min=1)] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier study in --out.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write the tables only.")] = False,
+    no_plugins: NoPlugins = False,
+    debug: Debug = False,
+) -> None:
+    """Run a study: every combination of its sweep, repetition by repetition; then tables and a report.
+
+    Each finished trial is on disk at once: after Ctrl-C, a crash or a failed trial, the same command with --resume runs only
+    what is missing. More repetitions are added by --repetitions N --resume. The tables do not depend on who ran the trials.
+
+    On several machines: `dask scheduler` on one, `dask worker tcp://HOST:8786 --nthreads 1` on each, then --scheduler.
+    """
+    from netsim.study.worker import one_thread_each
+
+    one_thread_each()
+    from netsim.cli.study import Orders, study_command
+
+    overrides = list(override or []) + ([f"repetitions={repetitions}"] if repetitions is not None else [])
+    orders = Orders(
+        out=out,
+        jobs=jobs,
+        scheduler=scheduler,
+        resume=resume,
+        allow_changed=allow_changed,
+        force=force,
+        report=not no_report,
+        plugins=not no_plugins,
+    )
+    study_command(study_file, overrides, orders)
+
+
+@app.command()
 def check(
-    files: Annotated[list[Path], typer.Argument(help="Scenario files.", show_default=False)],
+    files: Annotated[list[Path], typer.Argument(help="Scenario, study and device files.", show_default=False)],
     override: Set = None,
     no_plugins: NoPlugins = False,
     debug: Debug = False,
 ) -> None:
-    """Check scenarios without running them, and report everything that is wrong.
+    """Check scenarios, studies and devices without running them, and report everything that is wrong.
 
     An algorithm of your own (`type: module:Class`) is imported, so its code runs; --no-plugins forbids it.
     """
@@ -268,21 +335,28 @@ def calibrate(
 
 
 @app.command(name="list")
-def list_all() -> None:
-    """List algorithms with their sources, devices and shipped scenarios."""
+def list_all(
+    section: Annotated[
+        Section | None,
+        typer.Argument(metavar="SECTION", help="Only this section, in full.", show_default=False),
+    ] = None,
+    metrics: Annotated[bool, typer.Option("--metrics", help="The figures of a run with unit and definition.")] = False,
+) -> None:
+    """List what comes with netsim: algorithms, models and devices with their sources, scenarios, studies; or the metrics."""
     from netsim.cli.listing import list_command
 
-    list_command()
+    list_command(section, metrics=metrics)
 
 
 @app.command()
 def schema(
     reference: Annotated[bool, typer.Option("--reference", help="A table of all fields (Markdown) instead.")] = False,
+    study: Annotated[bool, typer.Option("--study", help="Of study files instead of scenario files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors; the shipped scenarios refer to it in their first line."""
-    from netsim.cli.listing import schema_command
+    from netsim.cli.schema import schema_command
 
-    schema_command(reference)
+    schema_command(reference, study)
 
 
 @new_app.command("algorithm")

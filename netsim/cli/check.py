@@ -1,20 +1,20 @@
 """`netsim check`."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
 
 from netsim.cli import EXIT_BAD_INPUT
+from netsim.cli.check_study import check_study
 from netsim.cli.console import say, tell
+from netsim.cli.device_warnings import device_warnings
 from netsim.errors import Finding, ScenarioError
-from netsim.models.device_checks import device_findings, noise_finding, supply_finding
-from netsim.models.device_tables import Device, load_battery, load_cpu, load_device, load_radio, unverified
-from netsim.models.media import PhysicalMedium, UnitDiskParameters
+from netsim.models.device_checks import device_findings
+from netsim.models.device_tables import Device, load_device, unverified
 from netsim.scenario.build import build
 from netsim.scenario.load import LoadedScenario, inspect
-from netsim.scenario.schema import DeviceBattery
-from netsim.scenario.warnings import scenario_warnings
+from netsim.study.plan import kind_of
 
 
 def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: bool) -> None:
@@ -25,33 +25,10 @@ def check_command(files: Sequence[Path], overrides: Sequence[str], *, plugins: b
         raise typer.Exit(EXIT_BAD_INPUT)
 
 
-def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
-    """Traps that a valid scenario, its devices and its medium fall into, each once."""
-    groups = loaded.scenario.nodes
-    batteries = {group.battery.device for group in groups if isinstance(group.battery, DeviceBattery)}
-    named: list[tuple[str, set[str], Callable[[str, Path], Device]]] = [
-        ("radio", {group.radio for group in groups}, load_radio),
-        ("cpu", {group.cpu for group in groups}, load_cpu),
-        ("battery", batteries, load_battery),
-    ]
-    yield from (f"warning: {each}" for each in scenario_warnings(loaded))
-    for kind, names, load in named:
-        for name in sorted(names):
-            yield from (f"warning: {kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))
-    medium = loaded.scenario.medium
-    if isinstance(medium, PhysicalMedium) and not isinstance(medium, UnitDiskParameters):
-        for name in sorted({group.radio for group in groups}):
-            finding = noise_finding(load_radio(name, loaded.folder), medium.noise_dbm)
-            yield from () if finding is None else (f"warning: radio {name}: {finding}",)
-    for group in groups:
-        if isinstance(group.battery, DeviceBattery):
-            radio, battery = load_radio(group.radio, loaded.folder), load_battery(group.battery.device, loaded.folder)
-            finding = supply_finding(radio, battery)
-            yield from () if finding is None else (f"warning: group {group.name}: {finding}",)
-
-
 def _check(file: Path, overrides: Sequence[str], plugins: bool) -> int:
     """Check one file and say what is wrong with it; how many errors."""
+    if _is_study(file):
+        return check_study(file, overrides, plugins)
     loaded, device, findings = _checked(file, overrides, plugins)
     for finding in findings:
         tell(str(finding))
@@ -76,6 +53,13 @@ def _checked(
     except ScenarioError as error:
         return None, None, list(error.findings) or [str(error)]
     return loaded, None, list(findings)
+
+
+def _is_study(file: Path) -> bool:
+    try:
+        return kind_of(file) == "study"
+    except ScenarioError:  # told of below
+        return False
 
 
 def _tell_device(file: Path, device: Device) -> None:

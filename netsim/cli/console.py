@@ -27,6 +27,11 @@ def tell(line: str) -> None:
     sys.stderr.write(f"{line}\n")
 
 
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: `1 trial`, `2 trials`."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def show(table: Table, elsewhere: int = WIDTH_ELSEWHERE) -> None:
     """A table of results; `elsewhere` is its greatest width in a file or a pipe."""
     Console(highlight=False, width=None if sys.stdout.isatty() else elsewhere).print(table)

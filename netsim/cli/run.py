@@ -9,19 +9,24 @@ from pathlib import Path
 import typer
 
 from netsim.cli import EXIT_FAILURE, EXIT_INTERRUPTED
-from netsim.cli.check import device_warnings
 from netsim.cli.console import say, show, tell
+from netsim.cli.device_warnings import device_warnings
 from netsim.cli.progress import watched
 from netsim.cli.summary import summary_table
+from netsim.errors import ScenarioError
 from netsim.scenario.folder import new_folder
 from netsim.scenario.load import load
 from netsim.scenario.run import Result, run
+from netsim.study.plan import kind_of
 
 
 def run_command(
     scenario: Path, overrides: Sequence[str], wanted: Path | None, *, force: bool, trace: bool, plugins: bool
 ) -> None:
     """Run, write, summarise; the exit status says how it went."""
+    if kind_of(scenario) == "study":
+        message = f"{scenario} is a study, not a scenario: run it with `netsim study {scenario}`"
+        raise ScenarioError(message)
     loaded = load(scenario, overrides, plugins=plugins)
     folder = new_folder(wanted, loaded.scenario.name, force)
     with watched() as watch:

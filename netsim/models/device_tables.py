@@ -69,17 +69,17 @@ def load_radio(name_or_path: str, base_dir: Path) -> RadioDevice:
     Raises:
         ScenarioError: If there is neither, or the table is not valid (every finding with its line).
     """
-    return _radio(_find("radios", name_or_path, base_dir))
+    return _radio(find_table("radios", name_or_path, base_dir))
 
 
 def load_cpu(name_or_path: str, base_dir: Path) -> CpuDevice:
     """The CPU of a shipped name, else of the table at a path; arguments and errors as for `load_radio`."""
-    return _cpu(_find("cpus", name_or_path, base_dir))
+    return _cpu(find_table("cpus", name_or_path, base_dir))
 
 
 def load_battery(name_or_path: str, base_dir: Path) -> BatteryDevice:
     """The battery of a shipped name, else of the table at a path; arguments and errors as for `load_radio`."""
-    return MAINS if name_or_path == MAINS.name else _battery(_find("batteries", name_or_path, base_dir))
+    return MAINS if name_or_path == MAINS.name else _battery(find_table("batteries", name_or_path, base_dir))
 
 
 def load_device(path: Path) -> Device | None:
@@ -165,7 +165,8 @@ def _directory(kind: Kind) -> Path:
     return Path(str(files("netsim.models"))) / "data" / kind
 
 
-def _find(kind: Kind, name_or_path: str, base_dir: Path) -> Path:
+def find_table(kind: Kind, name_or_path: str, base_dir: Path) -> Path:
+    """The file of a device table; arguments and errors as for `load_radio`."""
     names = shipped(kind)
     if name_or_path in names:
         return _directory(kind) / f"{name_or_path}.yaml"

@@ -7,15 +7,16 @@ Records are declared with `netsim.parameters.parameters`; nothing here knows a c
 """
 
 from netsim.reading.checks import Resolver, Resolvers, Unknown, check_document, findings, validate
-from netsim.reading.document import Document, Node, Path, path_text
+from netsim.reading.document import OVERRIDE, Document, Node, Path, path_text
 from netsim.reading.dump import Namers, dump_yaml, to_plain
 from netsim.reading.files import read_document, read_record
-from netsim.reading.overlays import apply_override, assign, is_assignable, overlay
+from netsim.reading.overlays import apply_override, assign, is_assignable, keys_of, overlay
 from netsim.reading.parse import parse
 from netsim.reading.reference import FieldRow, field_reference
 from netsim.reading.schema import OpenTypes, json_schema
 
 __all__ = [
+    "OVERRIDE",
     "Document",
     "FieldRow",
     "Namers",
@@ -33,6 +34,7 @@ __all__ = [
     "findings",
     "is_assignable",
     "json_schema",
+    "keys_of",
     "overlay",
     "parse",
     "path_text",

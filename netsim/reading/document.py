@@ -50,7 +50,8 @@ class OverrideFinding(Finding):
         """The finding on one line: `--set path: expected ..., got ...; remedy`."""
         remedy = f"; {self.remedy}" if self.remedy else ""
         place = f"{self.file} {self.path}" if self.path else self.file
-        return f"{place}: expected {self.expected}, got {self.got}{remedy}"
+        what = f"expected {self.expected}, got {self.got}" if self.got else self.expected
+        return f"{place}: {what}{remedy}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,7 +55,7 @@ def apply_override(document: Document, override: str) -> Document:
         parsed = parse(text, OVERRIDE)
     except ScenarioError as error:
         raise ScenarioError(_about(target, error.findings)) from error
-    root = _Assignment(OVERRIDE, 0, _from_command_line(parsed.root)).into(document.root, _keys(target), ())
+    root = _Assignment(OVERRIDE, 0, _from_command_line(parsed.root)).into(document.root, keys_of(target), ())
     return Document(root, document.problems + _about(target, parsed.problems))
 
 
@@ -73,7 +73,7 @@ def assign(document: Document, target: str, value: Node) -> Document:
     if not is_assignable(target):
         remedy = "write it like `medium.exponent` or `nodes[0].count`"
         raise ScenarioError([finding_at(value.file, value.line, (), "the path of a value", show(target), remedy)])
-    root = _Assignment(value.file, value.line, value).into(document.root, _keys(target), ())
+    root = _Assignment(value.file, value.line, value).into(document.root, keys_of(target), ())
     return Document(root, document.problems)
 
 
@@ -82,7 +82,8 @@ def is_assignable(target: str) -> bool:
     return _ASSIGNED.fullmatch(target) is not None
 
 
-def _keys(target: str) -> tuple[str, ...]:
+def keys_of(target: str) -> tuple[str, ...]:
+    """The keys and indices of a path, as texts: `nodes[0].count` and `nodes.0.count` are the same."""
     return tuple(re.findall(r"[^.\[\]]+", target))
 
 

@@ -28,7 +28,7 @@ def new_folder(wanted: Path | None, name: str, force: bool) -> Path:
     """
     try:
         if wanted is None:
-            return _first_free(Path("runs"), name)
+            return first_free(Path("runs"), name)
         wanted.mkdir(parents=True, exist_ok=True)
         _clear(wanted, force)
     except OSError as error:
@@ -87,7 +87,7 @@ def _clear(folder: Path, force: bool) -> None:
         (folder / file).unlink(missing_ok=True)
 
 
-def _first_free(parent: Path, name: str) -> Path:
+def first_free(parent: Path, name: str) -> Path:
     """Make the first folder of NAME, NAME-2, ... that is not there yet, also if another run is looking for one."""
     number = 1
     while True:

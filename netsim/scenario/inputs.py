@@ -1,6 +1,5 @@
 """Files that a scenario refers to, gathered so that its resolved form can be run again from the folder of the run."""
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -92,6 +91,5 @@ class Gathering:
     def _modules(self) -> list[Input]:
         """Single-file modules of the user's own algorithms; they must lie beside the scenario to be found."""
         names = {name.partition(":")[0] for name in self._loaded.registry.found if ":" in name}
-        files = [getattr(sys.modules.get(name), "__file__", None) for name in sorted(names)]
-        paths = [Path(file) for file in files if file is not None]
-        return [Input(path, path.name) for path in paths if path.parent == self._loaded.folder.resolve()]
+        paths = [self._loaded.folder / f"{name}.py" for name in sorted(names)]
+        return [Input(path, path.name) for path in paths if path.is_file()]

@@ -1,18 +1,14 @@
 """From the axes of a study to its variants: which values stand where, and what each combination is called."""
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from netsim.errors import Finding
 from netsim.reading import Document, Node
-from netsim.reading import Path as ValuePath
 from netsim.reading.scalars import show
 from netsim.study.schema import Axis, Level, Range, Study
-
-MOST_VARIANTS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +51,7 @@ def settings_of(axis: Axis, node: Node) -> list[Setting]:
     if axis.cases is not None:
         return [_case(case.name, child) for case, child in zip(axis.cases, _items(node, "cases"), strict=True)]
     if axis.zip is not None:
-        columns = {path: _list(child) for path, child in _mapping(node.child("zip")).items()}
+        columns = {path: list_of(child) for path, child in mapping_of(node.child("zip")).items()}
         rows = [tuple(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
         return [Setting(_label(axis, i, row[0][1]), row) for i, row in enumerate(rows)]
     path = axis.path or ""
@@ -84,8 +80,10 @@ def combinations(study: Study, document: Document) -> list[Combination]:
     """Every combination of the axes' settings, the last axis changing fastest."""
     root = document.root
     base = root.child("scenario") or root
-    common = tuple(_mapping(root.child("set")).items())
-    axes = [settings_of(axis, node) for axis, node in zip(study.sweep, _list(root.child("sweep")), strict=True)]
+    common = tuple(mapping_of(root.child("set")).items())
+    if study.seed is not None and (seed := root.child("seed")) is not None:
+        common = (("seed", seed), *common)
+    axes = [settings_of(axis, node) for axis, node in zip(study.sweep, list_of(root.child("sweep")), strict=True)]
     columns = [axis.column for axis in study.sweep]
     made = []
     for chosen in itertools.product(*axes):
@@ -96,61 +94,10 @@ def combinations(study: Study, document: Document) -> list[Combination]:
     return made
 
 
-def axis_findings(study: Study, document: Document) -> Iterator[Finding]:
-    """What is wrong with the axes taken together, and with what refers to them."""
-    columns: dict[str, list[Level]] = {}
-    total = 1
-    nodes = _list(document.root.child("sweep"))
-    for index, (axis, node) in enumerate(zip(study.sweep, nodes, strict=True)):
-        path = ("sweep", index)
-        labels = [setting.label for setting in settings_of(axis, node)]
-        total *= len(labels)
-        yield from _labels(document, path, axis, labels)
-        if axis.column in columns:
-            remedy = "give one of the axes a `name`"
-            yield document.finding(path, "an axis with a column of its own", f"a second `{axis.column}`", remedy)
-        if axis.column in RESERVED:
-            yield document.finding(path, "a column that is no other", f"`{axis.column}`", "give the axis a `name`")
-        columns[axis.column] = labels
-    if total > MOST_VARIANTS:
-        yield document.finding(("sweep",), f"at most {MOST_VARIANTS} variants", str(total), "sweep less at a time")
-    yield from _references(study, document, columns)
-
-
-RESERVED = ("trial", "variant", "repetition", "seed", "status", "error", "command")
-"""Columns of the result table that no axis may be called."""
-
-
-def _labels(document: Document, path: ValuePath, axis: Axis, labels: Sequence[Level]) -> Iterator[Finding]:
-    if axis.labels is not None and len(axis.labels) != len(labels):
-        yield document.finding((*path, "labels"), f"{len(labels)} labels, one a setting", str(len(axis.labels)))
-    if len(set(map(str, labels))) < len(labels):
-        twice = next(label for label in labels if [*map(str, labels)].count(str(label)) > 1)
-        yield document.finding(path, "settings that are called differently", f"`{twice}` twice", "give `labels`")
-
-
-def _references(study: Study, document: Document, columns: Mapping[str, Sequence[Level]]) -> Iterator[Finding]:
-    """`compare` and `published` name axes and levels that there must be."""
-    known = ", ".join(columns) or "none: there is no sweep"
-    if study.compare is not None:
-        if study.compare.axis not in columns:
-            yield document.finding(("compare", "axis"), f"an axis ({known})", study.compare.axis)
-        elif study.compare.baseline is not None and study.compare.baseline not in columns[study.compare.axis]:
-            wanted = f"one of {', '.join(map(str, columns[study.compare.axis]))}"
-            yield document.finding(("compare", "baseline"), wanted, str(study.compare.baseline))
-    for index, figure in enumerate(study.published):
-        for axis, level in figure.at.items():
-            path = ("published", index, "at", axis)
-            if axis not in columns:
-                yield document.finding(path, f"an axis ({known})", axis)
-            elif level not in columns[axis]:
-                yield document.finding(path, f"one of {', '.join(map(str, columns[axis]))}", show(level))
-
-
 def _case(name: str, node: Node) -> Setting:
     scenario = node.child("scenario")
     brings = scenario if scenario is not None and scenario.value is not None else None
-    return Setting(name, tuple(_mapping(node.child("set")).items()), brings)
+    return Setting(name, tuple(mapping_of(node.child("set")).items()), brings)
 
 
 def _label(axis: Axis, index: int, value: Node) -> Level:
@@ -164,12 +111,14 @@ def _label(axis: Axis, index: int, value: Node) -> Level:
 
 
 def _items(node: Node, key: str) -> list[Node]:
-    return _list(node.child(key))
+    return list_of(node.child(key))
 
 
-def _list(node: Node | None) -> list[Node]:
+def list_of(node: Node | None) -> list[Node]:
+    """The items of a list that was read; none if it is not there."""
     return node.value if node is not None and isinstance(node.value, list) else []
 
 
-def _mapping(node: Node | None) -> dict[str, Node]:
+def mapping_of(node: Node | None) -> dict[str, Node]:
+    """The values of a mapping that was read, by key; none if it is not there."""
     return node.value if node is not None and isinstance(node.value, dict) else {}

@@ -3,34 +3,41 @@
 One process writes it. A line torn by a crash or a full disk is cut off when the study is resumed: its trial is run again.
 """
 
+import errno
 import json
 import os
 from collections.abc import Iterator
 from dataclasses import asdict
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
 
-from netsim.errors import TraceError
+from netsim.errors import NetsimError, TraceError
 from netsim.study.trial import Outcome
 
 
+class StudyInUse(NetsimError):
+    """Another process works in the study's folder."""
+
+
 class Journal:
-    """Appends outcomes to a file; a context manager.
+    """Appends outcomes to a file; a context manager. Only one process at a time may hold it.
 
     Args:
         path: The file; made if it is not there. What follows its last whole line is cut off.
+        afresh: Whether what it holds is thrown away.
 
     Raises:
+        StudyInUse: If another process holds it.
         TraceError: If it cannot be opened.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, afresh: bool = False) -> None:
         self._path = path
         try:
-            whole_byte = _whole_byte(path)
-            self._stream: BinaryIO = path.open("ab")
-            self._stream.truncate(whole_byte)
+            self._stream = path.open("ab", buffering=0)  # a buffer would try again to write what a full disk refused
+            _lock(self._stream, path)
+            self._stream.truncate(0 if afresh else _whole_byte(path))
         except OSError as error:
             raise _failed(path, error) from error
 
@@ -41,14 +48,15 @@ class Journal:
         self._stream.close()
 
     def add(self, outcome: Outcome) -> None:
-        """Write an outcome; when this returns it is on the disk.
+        """Write an outcome; when this returns it is on the disk, and outlives a crash of the machine.
 
         Raises:
             TraceError: If it cannot be written.
         """
+        left = memoryview(json.dumps(asdict(outcome), allow_nan=False).encode() + b"\n")
         try:
-            self._stream.write(json.dumps(asdict(outcome), allow_nan=False).encode() + b"\n")
-            self._stream.flush()
+            while left:
+                left = left[self._stream.write(left) :]
             os.fsync(self._stream.fileno())
         except OSError as error:
             raise _failed(self._path, error) from error
@@ -76,6 +84,25 @@ def read_journal(path: Path) -> Iterator[Outcome]:
         except (ValueError, TypeError) as error:
             message = f"{path}:{number}: damaged: {error}; delete the line to have its trial run again"
             raise TraceError(message) from error
+
+
+def _lock(stream: FileIO, path: Path) -> None:
+    """Hold the file until it is closed or its process ends, however that ends: there are no stale locks."""
+    try:
+        import fcntl
+    except ImportError:  # no such locks on this system
+        return
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        stream.close()
+        message = (
+            f"{path.parent}: another `netsim study` is at work in this folder; wait for it, or choose another --out"
+        )
+        raise StudyInUse(message) from error
+    except OSError as error:  # a file system without locks is no reason not to work
+        if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS):
+            raise
 
 
 def _whole_byte(path: Path) -> int:

@@ -1,20 +1,31 @@
 """A study file becomes a plan: every variant's scenario, checked, with all it needs, before anything runs."""
 
 import platform
+import re
+import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
-from hashlib import blake2b
 from importlib.metadata import version
 from pathlib import Path
 
 from netsim import __version__
-from netsim.errors import Finding, ScenarioError
-from netsim.reading import Document, Node, assign, check_document, dump_yaml, read_document
+from netsim.errors import ScenarioError
+from netsim.reading import (
+    OVERRIDE,
+    Document,
+    Node,
+    apply_override,
+    assign,
+    check_document,
+    dump_yaml,
+    is_assignable,
+    keys_of,
+    read_document,
+)
 from netsim.scenario.folder import SCENARIO_FILE, copy_inputs, write_file
-from netsim.scenario.inputs import Gathering, Input
-from netsim.scenario.load import LoadedScenario, inspect_document
-from netsim.study.axes import Combination, axis_findings, combinations, settings_of
+from netsim.study.axes import combinations, list_of, settings_of
+from netsim.study.findings import study_findings
 from netsim.study.info import (
     INFO_FILE,
     STUDY_FILE,
@@ -24,32 +35,12 @@ from netsim.study.info import (
     StudyInfo,
     VariantInfo,
 )
-from netsim.study.schema import Axis, Level, Study
+from netsim.study.schema import Axis, Study
 from netsim.study.trial import Task
+from netsim.study.variants import Variant, Variants
 
 PACKAGES = ("simpy", "numpy", "scipy", "networkx")
 """Those that figures depend on."""
-
-
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """One combination of the axes.
-
-    Attributes:
-        number: Counted from 0.
-        levels: Its level on each axis.
-        loaded: Its scenario, checked.
-        text: The scenario resolved, to be run from a folder of its own.
-        inputs: Files that this refers to.
-        digest: Of text and inputs.
-    """
-
-    number: int
-    levels: dict[str, Level]
-    loaded: LoadedScenario
-    text: str
-    inputs: tuple[Input, ...]
-    digest: str
 
 
 @dataclass(frozen=True)
@@ -76,8 +67,7 @@ class Plan:
     @cached_property
     def axes(self) -> tuple[AxisInfo, ...]:
         """The axes with the names of their settings."""
-        sweep = self.document.root.child("sweep")
-        nodes = sweep.value if sweep is not None and isinstance(sweep.value, list) else []
+        nodes = list_of(self.document.root.child("sweep"))
         return tuple(_axis_info(axis, node) for axis, node in zip(self.study.sweep, nodes, strict=True))
 
     def tasks(self, folder: Path) -> list[Task]:
@@ -131,23 +121,63 @@ def load_plan(path: Path | str, overrides: Sequence[str] = (), *, plugins: bool 
 
     Args:
         path: The study file.
-        overrides: `path=value` each, applied over the study file, such as `repetitions=3`.
+        overrides: `path=value` each: a field of the study, such as `repetitions=3`, or else a value of all variants'
+            scenarios, such as `duration_s=10`.
         plugins: Whether algorithms named `module:Class` may be imported.
 
     Raises:
         ScenarioError: With every finding; those about a variant's values name the line of the study that set them.
     """
     path = Path(path)
-    document = read_document(path, overrides)
+    if kind_of(path) == "scenario":
+        message = f"{path} is a scenario, not a study: run it with `netsim run {path}`"
+        raise ScenarioError(message)
+    document = read_study(path, overrides)
     study, findings = check_document(document, Study)
-    findings = findings or list(axis_findings(study, document))
+    findings = findings or study_findings(study, document)
     if findings:
         raise ScenarioError(findings)
-    made = _Variants(path.parent, study, plugins)
+    made = Variants(path.parent, plugins)
     variants = [made.variant(number, each) for number, each in enumerate(combinations(study, document))]
     if made.findings:
         raise ScenarioError(list(dict.fromkeys(made.findings)))
     return Plan(study, path, document, tuple(each for each in variants if each is not None))
+
+
+def kind_of(path: Path) -> object:
+    """What a file says it is: `scenario`, `study` or anything else.
+
+    Raises:
+        ScenarioError: If it cannot be read.
+    """
+    kind = read_document(path).root.child("kind")
+    return None if kind is None else kind.value
+
+
+def read_study(path: Path, overrides: Sequence[str] = ()) -> Document:
+    """Read a study file with overrides of its own fields and of its scenarios' values; the latter join its `set`.
+
+    Raises:
+        ScenarioError: If it cannot be read, or an override not be applied.
+    """
+    own = {each.name for each in fields(Study)}
+    document = read_document(path)
+    for override in overrides:
+        target, equals, text = (part.strip() for part in override.partition("="))
+        if not equals or not is_assignable(target) or re.split(r"[.\[]", target)[0] in own:
+            document = apply_override(document, override)
+        else:
+            document = _set_in_scenarios(document, target, text)
+    return document
+
+
+def _set_in_scenarios(document: Document, target: str, text: str) -> Document:
+    value = apply_override(Document(Node({}, OVERRIDE, 0)), f"{target}={text}").root
+    for key in keys_of(target):
+        value = value.child(key) or value
+    common = document.root.child("set")
+    known = common.value if common is not None and isinstance(common.value, dict) else {}
+    return assign(document, "set", Node({**known, target: value}, OVERRIDE, 0))
 
 
 def variant_folder(folder: Path, number: int) -> Path:
@@ -161,6 +191,7 @@ def write_plan(plan: Plan, folder: Path, command: str) -> None:
     Raises:
         TraceError: If a file cannot be written.
     """
+    _drop_other_variants(plan, folder)
     for variant in plan.variants:
         target = variant_folder(folder, variant.number)
         target.mkdir(parents=True, exist_ok=True)
@@ -170,6 +201,14 @@ def write_plan(plan: Plan, folder: Path, command: str) -> None:
     write_file(folder / INFO_FILE, plan.info(command).to_json())
 
 
+def _drop_other_variants(plan: Plan, folder: Path) -> None:
+    """Folders of variants that an earlier study had, and this one has not."""
+    names = {variant_folder(folder, variant.number).name for variant in plan.variants}
+    for path in (folder / VARIANTS).glob("*"):
+        if path.name not in names and path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+
+
 def versions() -> dict[str, str]:
     """Of netsim, Python and the packages that figures depend on."""
     return {
@@ -177,57 +216,6 @@ def versions() -> dict[str, str]:
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
     }
-
-
-class _Variants:
-    """Makes the variants of one study; reads each scenario file once."""
-
-    def __init__(self, folder: Path, study: Study, plugins: bool) -> None:
-        self._folder = folder
-        self._study = study
-        self._plugins = plugins
-        self._read: dict[Path, Document] = {}
-        self.findings: list[Finding] = []
-
-    def variant(self, number: int, combination: Combination) -> Variant | None:
-        """A variant, or None after noting what is wrong with it."""
-        try:
-            path, document = self._document(combination)
-            loaded, findings = inspect_document(document, path, plugins=self._plugins)
-        except ScenarioError as error:
-            self.findings += error.findings or [_about(combination.scenario, str(error))]
-            return None
-        if loaded is None:
-            self.findings += findings
-            return None
-        if self._study.seed is not None:
-            loaded = replace(loaded, scenario=replace(loaded.scenario, seed=self._study.seed))
-        portable, inputs = Gathering(loaded).gather()
-        digest = _digest(dump_yaml(replace(portable, description="")), inputs)
-        return Variant(number, dict(combination.levels), loaded, dump_yaml(portable), tuple(inputs), digest)
-
-    def _document(self, combination: Combination) -> tuple[Path, Document]:
-        name = combination.scenario
-        path = self._folder / str(name.value)
-        if path not in self._read:
-            if not path.is_file():
-                raise ScenarioError([_about(name, f"expected an existing scenario file, got `{name.value}`")])
-            self._read[path] = read_document(path)
-        document = self._read[path]
-        for target, value in combination.values:
-            document = assign(document, target, value)
-        return path, document
-
-
-def _about(node: Node, text: str) -> Finding:
-    return Finding(node.file, node.line, "scenario", text, "")
-
-
-def _digest(text: str, inputs: Sequence[Input]) -> str:
-    digest = blake2b(text.encode(), digest_size=12)
-    for each in sorted(inputs, key=lambda one: one.name):
-        digest.update(b"\0" + each.name.encode() + b"\0" + each.source.read_bytes())
-    return digest.hexdigest()
 
 
 def _axis_info(axis: Axis, node: Node) -> AxisInfo:

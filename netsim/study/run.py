@@ -1,65 +1,206 @@
-"""Running a study: its trials through an executor, each on disk at once, then tables and report."""
+"""Running a study: its trials on workers, each on disk at once, then the tables.
 
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor, Future
+The journal is the truth of a study: tables are made of it and of the plan alone, so they do not depend on who ran the
+trials, in which order, or in how many goes.
+"""
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from netsim.study.info import JOURNAL_FILE, NODES, RESULTS
+from netsim import __version__
+from netsim.errors import ScenarioError
+from netsim.study.changes import changes
+from netsim.study.dispatch import Dispatcher, Standing, Watch
+from netsim.study.executors import Workers, local_workers
+from netsim.study.folder import clear
+from netsim.study.info import INFO_FILE, JOURNAL_FILE, NODES, RESULTS, read_info
 from netsim.study.journal import Journal, read_journal
 from netsim.study.plan import Plan, write_plan
 from netsim.study.results import node_table, trial_table, write_tables
-from netsim.study.trial import Outcome, Task, run_trial
+from netsim.study.trial import Outcome, Task
 
-Progress = Callable[[Outcome, int, int], bool]
-"""Told of each finished trial, how many are finished and how many there are; False ends the study."""
-
-
-class SerialExecutor(Executor):
-    """Runs what it is given at once, in this process."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """See `concurrent.futures.Executor.submit`."""
-        future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
+Hire = Callable[[int], Workers]
+"""Workers for so many trials."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyEnd:
-    """How a study ended."""
+    """How a study ended.
+
+    Attributes:
+        folder: Where its files are.
+        standing: How far it came.
+        failures: Trials that failed, with what came of them.
+        interrupted: Whether it was ended before its time.
+        wall_s: How long the trials took, from the first handed out to the last on disk.
+        workers: Who ran them; empty if there was nothing to run.
+    """
 
     folder: Path
-    outcomes: Mapping[str, Outcome]
+    standing: Standing
+    failures: tuple[tuple[Task, Outcome], ...]
     interrupted: bool
+    wall_s: float
+    workers: str
+
+    @property
+    def overhead_s(self) -> float | None:
+        """What a trial cost besides itself: its share of the workers' time that was not spent in trials."""
+        standing = self.standing
+        spent_s = self.wall_s * min(standing.workers, standing.ran)
+        return (spent_s - standing.trial_wall_s) / standing.ran if standing.ran else None
 
 
-def run_study(plan: Plan, folder: Path, executor: Executor, command: str, progress: Progress | None = None) -> StudyEnd:
-    """Run the trials of a study that have not been run, and write its tables."""
-    write_plan(plan, folder, command)
-    tasks = plan.tasks(folder)
-    outcomes = {each.key: each for each in read_journal(folder / JOURNAL_FILE) if each.status == "ok"}
-    interrupted = False
-    with Journal(folder / JOURNAL_FILE) as journal:
-        for task in tasks:
-            if task.key in outcomes:
-                continue
-            outcome = executor.submit(run_trial, task).result()
-            journal.add(outcome)
-            outcomes[task.key] = outcome
-            if progress is not None and not progress(outcome, len(outcomes), len(tasks)):
-                interrupted = True
-                break
-    write_results(plan, folder, tasks, outcomes, command)
-    return StudyEnd(folder, outcomes, interrupted)
+@dataclass(frozen=True, slots=True)
+class OpenStudy:
+    """A study in its folder, which it alone may write into.
+
+    Attributes:
+        plan: The study.
+        folder: The folder.
+        command: What the user typed.
+        journal: Where outcomes go.
+        tasks: Every trial; those of equal content are all there.
+        todo: Trials to be run, one of each content.
+        finished: How many trials of different content have been finished before.
+        failed_before: How many of those to be run have failed before.
+        notes: What the user should know.
+    """
+
+    plan: Plan
+    folder: Path
+    command: str
+    journal: Journal
+    tasks: tuple[Task, ...]
+    todo: tuple[Task, ...]
+    finished: int
+    failed_before: int
+    notes: tuple[str, ...]
+
+    def run(self, hire: Hire, watch: Watch) -> StudyEnd:
+        """Run what is to be run, and write the tables of all there is.
+
+        Args:
+            hire: Makes the workers.
+            watch: Looks on, and may end it.
+
+        Raises:
+            TraceError: If a file cannot be written.
+            NetsimError: If the workers are lost.
+        """
+        standing = Standing(len(self.todo) + self.finished, self.finished)
+        begun_s = time.perf_counter()
+        name, whole = "", True
+        if self.todo:
+            workers = hire(len(self.todo))
+            name, at_once = workers.name, True
+            try:
+                whole = Dispatcher(workers, self.journal.add, watch, standing).run(self.todo)
+                at_once = False
+            finally:
+                workers.close(at_once=at_once)
+        wall_s = time.perf_counter() - begun_s
+        outcomes = outcomes_of(self.folder)
+        self._write(outcomes)
+        failures = [(task, outcomes[task.key]) for task in distinct(self.tasks) if task.key in outcomes]
+        failed = tuple((task, outcome) for task, outcome in failures if outcome.status == "failed")
+        return StudyEnd(self.folder, standing, failed, not whole, wall_s, name)
+
+    def _write(self, outcomes: Mapping[str, Outcome]) -> None:
+        seeds = [variant.loaded.scenario.seed for variant in self.plan.variants]
+        trials = trial_table(self.plan.info(self.command), self.tasks, outcomes, seeds)
+        write_tables(self.folder, {RESULTS: trials, NODES: node_table(self.tasks, outcomes)})
 
 
-def write_results(plan: Plan, folder: Path, tasks: list[Task], outcomes: Mapping[str, Outcome], command: str) -> None:
-    """Write the tables of what there is."""
-    seeds = [variant.loaded.scenario.seed for variant in plan.variants]
-    trials = trial_table(plan.info(command), tasks, outcomes, seeds)
-    write_tables(folder, {RESULTS: trials, NODES: node_table(tasks, outcomes)})
+@contextmanager
+def open_study(
+    plan: Plan, folder: Path, command: str, *, resume: bool = False, allow_changed: bool = False
+) -> Iterator[OpenStudy]:
+    """Begin a study in a folder, or go on with it.
+
+    Args:
+        plan: The study.
+        folder: Its folder; without `resume`, what a study wrote there is removed.
+        command: What the user typed.
+        resume: Whether finished trials count.
+        allow_changed: Whether it may be another study than the one that the folder was begun with.
+
+    Raises:
+        ScenarioError: If it is another study, and that is not allowed.
+        StudyInUse: If another process works in the folder.
+        TraceError: If a file cannot be read or written.
+    """
+    with Journal(folder / JOURNAL_FILE, afresh=not resume) as journal:
+        if not resume:
+            clear(folder)
+        outcomes = outcomes_of(folder)
+        notes = _compare(plan, folder, outcomes, allow_changed) if (folder / INFO_FILE).exists() else []
+        write_plan(plan, folder, command)
+        tasks = plan.tasks(folder)
+        once = distinct(tasks)
+        found = {task.key: outcomes[task.key] for task in once if task.key in outcomes}
+        todo = tuple(task for task in once if task.key not in found or found[task.key].status == "failed")
+        failed = sum(outcome.status == "failed" for outcome in found.values())
+        notes += _versions(found)
+        yield OpenStudy(plan, folder, command, journal, tuple(tasks), todo, len(found) - failed, failed, tuple(notes))
+
+
+def run_study(
+    plan: Plan, folder: Path, command: str, *, jobs: int = 1, resume: bool = False, watch: Watch | None = None
+) -> StudyEnd:
+    """Run a study on this machine; see `open_study` and `OpenStudy.run`."""
+    with open_study(plan, folder, command, resume=resume) as study:
+        return study.run(lambda trials: local_workers(min(jobs, trials)), watch or (lambda standing: True))
+
+
+def outcomes_of(folder: Path) -> dict[str, Outcome]:
+    """What the journal of a study holds, by `Task.key`; of several outcomes the one with figures, else the last.
+
+    Raises:
+        TraceError: If it cannot be read.
+    """
+    outcomes: dict[str, Outcome] = {}
+    for outcome in read_journal(folder / JOURNAL_FILE):
+        if outcome.status == "ok" or outcome.key not in outcomes or outcomes[outcome.key].status == "failed":
+            outcomes[outcome.key] = outcome
+    return outcomes
+
+
+def distinct(tasks: Iterable[Task]) -> list[Task]:
+    """The first trial of each content."""
+    first: dict[str, Task] = {}
+    for task in tasks:
+        first.setdefault(task.key, task)
+    return list(first.values())
+
+
+def _compare(plan: Plan, folder: Path, outcomes: Mapping[str, Outcome], allow_changed: bool) -> list[str]:
+    """What to tell about a study that has changed.
+
+    Raises:
+        ScenarioError: If it must not.
+    """
+    found = changes(plan, folder, read_info(folder))
+    if not found.lines:
+        return []
+    if found.extends:
+        return [f"more repetitions than before ({found.lines[0]})"]
+    kept = {task.key for task in plan.tasks(folder)}
+    finished = [key for key, outcome in outcomes.items() if outcome.status == "ok"]
+    count = f"{sum(key in kept for key in finished)} of {len(finished)} finished trials still count"
+    if allow_changed:
+        return [*(f"changed: {line}" for line in found.lines), f"{count}; the others stay in {JOURNAL_FILE}"]
+    lines = "".join(f"\n  {line}" for line in found.lines)
+    remedy = "--allow-changed goes on with them; another --out begins anew"
+    message = f"{folder} was begun with another study than {plan.path}:{lines}\n  {count}: {remedy}"
+    raise ScenarioError(message)
+
+
+def _versions(outcomes: Mapping[str, Outcome]) -> list[str]:
+    others = sorted({each.netsim_version for each in outcomes.values() if each.status == "ok"} - {__version__})
+    if not others:
+        return []
+    return [f"warning: finished trials were run by netsim {', '.join(others)}, the others are by {__version__}"]

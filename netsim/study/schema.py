@@ -164,7 +164,7 @@ class Study:
     sweep: tuple[Axis, ...] = ()
     """What is varied; every combination is run (the product of the axes)."""
     metrics: tuple[Name, ...] = ()
-    """Metrics that the report tabulates (see `netsim list metrics`); by default the usual ones that the problem has.
+    """Metrics that the report tabulates (see `netsim list --metrics`); by default the usual ones that the problem has.
     The result table holds all of them."""
     error: Name | None = None
     """The metric that the plots hold against the costs; by default that of the problem."""

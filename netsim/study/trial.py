@@ -1,5 +1,6 @@
 """One trial: a variant's scenario in one repetition, run in whatever process it comes to."""
 
+import json
 import tempfile
 import time
 import traceback
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from netsim import __version__
-from netsim.errors import NetsimError
+from netsim.errors import NetsimError, TraceError
 from netsim.scenario.folder import SCENARIO_FILE
 from netsim.scenario.load import LoadedScenario, load
 from netsim.scenario.run import Result, run
@@ -31,6 +32,7 @@ class Task:
         key: Names the content: the variant's digest and the repetition. Equal keys give equal figures.
         folder: Folder of the variant's scenario on the machine that runs the study.
         files: The same folder's files by name, for a worker elsewhere; empty where the folder is at hand.
+        netsim_version: The study's; a worker with another one refuses.
     """
 
     trial: int
@@ -38,7 +40,8 @@ class Task:
     repetition: int
     key: str
     folder: str
-    files: tuple[tuple[str, bytes], ...] = ()
+    files: tuple[tuple[str, bytes], ...] = field(default=(), compare=False)
+    netsim_version: str = __version__
 
     @property
     def digest(self) -> str:
@@ -77,18 +80,48 @@ def run_trial(task: Task) -> Outcome:
     """Run a trial; what it raises becomes its outcome."""
     begun_s = time.perf_counter()
     try:
-        loaded = _variant(task.digest, task.folder, task.files).loaded
-        scenario = replace(loaded.scenario, repetition=task.repetition)
-        notes = NodeNotes()
-        result = run(replace(loaded, scenario=scenario), observers=[notes])
+        result, nodes = _run(task)
     except Exception as error:  # whatever it is, the other trials go on
-        wall_s = time.perf_counter() - begun_s
         text = str(error) if isinstance(error, NetsimError) else repr(error)
-        return Outcome(task.trial, task.key, "failed", _line(text), wall_s=wall_s, details=traceback.format_exc())
+        return _failed(task, text, begun_s, traceback.format_exc())
     if result.failures:
-        return Outcome(task.trial, task.key, "failed", _failures(result), wall_s=result.wall_s)
+        cause = next(iter(result.failures.values()))
+        details = "".join(traceback.format_exception(cause.__cause__ or cause))
+        return _failed(task, _failures(result), begun_s, details)
+    wall_s = time.perf_counter() - begun_s
+    return Outcome(task.trial, task.key, "ok", "", result.metrics, nodes, wall_s)
+
+
+def files_of(task: Task) -> tuple[tuple[str, bytes], ...]:
+    """The files of a task's folder by name, for a worker that cannot see it.
+
+    Raises:
+        TraceError: If one cannot be read.
+    """
+    folder = Path(task.folder)
+    try:
+        paths = sorted(path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+        return tuple((path.relative_to(folder).as_posix(), path.read_bytes()) for path in paths)
+    except OSError as error:
+        message = f"cannot read {folder}: {error.strerror or error}"
+        raise TraceError(message) from error
+
+
+def _run(task: Task) -> tuple[Result, dict[str, list[Any]]]:
+    if task.netsim_version != __version__:
+        message = f"its worker has netsim {__version__}, the study netsim {task.netsim_version}: install the same"
+        raise NetsimError(message)
+    loaded = _variant(_Source(task.digest, task.folder if not task.files else "", task.files)).loaded
+    notes = NodeNotes()
+    result = run(replace(loaded, scenario=replace(loaded.scenario, repetition=task.repetition)), observers=[notes])
     nodes = notes.columns(result.metrics)
-    return Outcome(task.trial, task.key, "ok", "", result.metrics, nodes, time.perf_counter() - begun_s)
+    json.dumps([result.metrics, nodes], allow_nan=False)  # what cannot be written down is a failure of this trial
+    return result, nodes
+
+
+def _failed(task: Task, text: str, begun_s: float, details: str) -> Outcome:
+    wall_s = time.perf_counter() - begun_s
+    return Outcome(task.trial, task.key, "failed", _line(text), wall_s=wall_s, details=details)
 
 
 class NodeNotes:
@@ -129,13 +162,22 @@ class _Unpacked:
     folder: "tempfile.TemporaryDirectory[str] | None" = None
 
 
-@lru_cache(maxsize=16)
-def _variant(digest: str, folder: str, files: tuple[tuple[str, bytes], ...]) -> _Unpacked:
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """Where a variant's scenario comes from; the digest stands for the files."""
+
+    digest: str
+    folder: str
+    files: tuple[tuple[str, bytes], ...] = field(compare=False)
+
+
+@lru_cache(maxsize=64)
+def _variant(source: _Source) -> _Unpacked:
     """The scenario of a variant: read once in a process, not once a trial."""
-    if not files:
-        return _Unpacked(load(Path(folder) / SCENARIO_FILE))
+    if not source.files:
+        return _Unpacked(load(Path(source.folder) / SCENARIO_FILE))
     made = tempfile.TemporaryDirectory(prefix="netsim-")
-    for name, content in files:
+    for name, content in source.files:
         target = Path(made.name) / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)

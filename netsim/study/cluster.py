@@ -1,0 +1,161 @@
+"""Trials on a Dask cluster: any machines that reach its scheduler and have the same netsim; no shared disk is needed.
+
+dask scheduler --port 8786                                # on one machine
+dask worker tcp://HOST:8786 --nworkers 8 --nthreads 1     # on each machine that helps
+netsim study STUDY --scheduler tcp://HOST:8786
+"""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from netsim import __version__
+from netsim.errors import NetsimError, ScenarioError
+from netsim.study.executors import WorkerDied, window_of
+from netsim.study.trial import Outcome, Task, files_of, run_trial
+
+CONNECT_S = 5.0
+"""How long a scheduler may take to answer."""
+COUNT_EVERY_S = 5.0
+"""How often to look whether workers came or went."""
+
+
+class ClusterLost(NetsimError):
+    """The scheduler went away while a study ran."""
+
+
+class DaskWorkers:
+    """The workers of a Dask scheduler, as many as there are at the time.
+
+    Args:
+        address: Of the scheduler, such as `tcp://host:8786`.
+
+    Raises:
+        NetsimError: If Dask is not installed, no scheduler answers there, it has no workers, or they have another netsim.
+    """
+
+    deaths_allowed = 1
+    """Dask itself tries a task on several workers before it gives it up."""
+    share_fate = False
+
+    def __init__(self, address: str) -> None:
+        self._address = address
+        self._client = _client(address)
+        self._executor = self._client.get_executor(pure=False)
+        self._counted_s = 0.0
+        self._count = 0
+        try:
+            _check_versions(self._client, address)
+            self.name = f"{self.count} workers of {address}"
+        except BaseException:
+            self.close(at_once=True)
+            raise
+
+    @property
+    def count(self) -> int:
+        """Threads of all workers, each of which runs a trial at a time."""
+        now_s = time.monotonic()
+        if now_s - self._counted_s > COUNT_EVERY_S:
+            self._counted_s = now_s
+            self._count = self._asked(lambda: sum(self._client.nthreads().values()))
+        return self._count
+
+    @property
+    def window(self) -> int:
+        """See `Workers.window`."""
+        return window_of(self.count)
+
+    def submit(self, task: Task) -> "Future[Outcome]":
+        """See `Workers.submit`; the task takes its files along."""
+        packed = replace(task, files=files_of(task))
+        future: Future[Outcome] = self._asked(lambda: self._executor.submit(run_trial, packed))
+        return future
+
+    def error_of(self, future: "Future[Outcome]") -> BaseException | None:
+        """See `Workers.error_of`."""
+        from distributed import KilledWorker
+
+        try:
+            error = future.exception()
+        except CancelledError as cancelled:
+            error = cancelled
+        if isinstance(error, KilledWorker):
+            message = "its worker died"
+            return WorkerDied(message)
+        if isinstance(error, CancelledError | OSError | TimeoutError):
+            return self._lost(error)
+        return error
+
+    def renew(self) -> None:
+        """Dask looks after its workers itself."""
+
+    def close(self, *, at_once: bool) -> None:
+        """Leave the cluster; trials that still run there are cancelled."""
+        with suppress(Exception):  # whatever a lost connection gives rise to
+            self._executor.shutdown(wait=not at_once)
+        with suppress(Exception):
+            self._client.close(timeout=2)
+
+    def _asked(self, ask: Callable[[], Any]) -> Any:
+        try:
+            return ask()
+        except (OSError, TimeoutError, RuntimeError, CancelledError) as error:
+            raise self._lost(error) from error
+
+    def _lost(self, error: BaseException) -> ClusterLost:
+        why = f": {error}" if str(error) else ""
+        return ClusterLost(f"lost the Dask scheduler at {self._address}{why}")
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        message = "--scheduler needs Dask, which is not installed: pip install 'netsim[cluster]'"
+        raise ScenarioError(message) from error
+    _quieten()
+    connect: Any = Client
+    try:
+        return connect(address, timeout=CONNECT_S, name="netsim-study", set_as_default=False)
+    except ValueError as error:
+        message = f"--scheduler {address}: expected an address such as tcp://host:8786 ({error})"
+        raise ScenarioError(message) from error
+    except (OSError, TimeoutError) as error:
+        message = f"no Dask scheduler answers at {address}; start one: dask scheduler --port 8786"
+        raise NetsimError(message) from error
+
+
+def _check_versions(client: Any, address: str) -> None:
+    """Every worker must have this netsim: figures of another one must not get into the table unnoticed."""
+
+    def version_there() -> str:  # goes to the workers by value, as it is no function of a module
+        try:
+            import netsim
+        except ImportError:
+            return ""
+        return netsim.__version__
+
+    try:
+        found = client.run(version_there)
+    except OSError as error:
+        message = f"lost the Dask scheduler at {address}: {error}"
+        raise ClusterLost(message) from error
+    if not found:
+        message = f"the Dask scheduler at {address} has no workers; start some: dask worker {address} --nthreads 1"
+        raise NetsimError(message)
+    for worker, version in sorted(found.items()):
+        if version != __version__:
+            has = f"has netsim {version}" if version else "has no netsim"
+            message = f"the worker {worker} {has}, this is netsim {__version__}: install the same on all machines"
+            raise NetsimError(message)
+
+
+def _quieten() -> None:
+    """Dask's own log would tell of lost connections line by line, beside our one line."""
+    import logging
+
+    for name in ("distributed", "distributed.client", "distributed.comm", "tornado"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)

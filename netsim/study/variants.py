@@ -1,0 +1,107 @@
+"""The variants of a study: a scenario each, checked, with all it needs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from hashlib import blake2b
+from pathlib import Path
+
+from netsim.errors import Finding, ScenarioError
+from netsim.reading import Document, Node, assign, dump_yaml, read_document
+from netsim.scenario.build import build
+from netsim.scenario.inputs import Gathering, Input
+from netsim.scenario.load import LoadedScenario, inspect_document
+from netsim.study.axes import Combination
+from netsim.study.schema import Level
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One combination of the axes.
+
+    Attributes:
+        number: Counted from 0.
+        levels: Its level on each axis.
+        loaded: Its scenario, checked.
+        text: The scenario resolved, to be run from a folder of its own.
+        inputs: Files that this refers to.
+        digest: Of text and inputs.
+    """
+
+    number: int
+    levels: dict[str, Level]
+    loaded: LoadedScenario
+    text: str
+    inputs: tuple[Input, ...]
+    digest: str
+
+
+class Variants:
+    """Makes the variants of one study; reads each scenario file once.
+
+    Args:
+        folder: What the names of scenario files are relative to.
+        plugins: Whether algorithms named `module:Class` may be imported.
+
+    Attributes:
+        findings: What was found wrong so far.
+    """
+
+    def __init__(self, folder: Path, plugins: bool) -> None:
+        self._folder = folder
+        self._plugins = plugins
+        self._read: dict[Path, Document] = {}
+        self.findings: list[Finding] = []
+
+    def variant(self, number: int, combination: Combination) -> Variant | None:
+        """A variant, or None after noting what is wrong with it."""
+        try:
+            path, document = self._document(combination)
+            loaded, findings = inspect_document(document, path, plugins=self._plugins)
+        except ScenarioError as error:
+            self.findings += error.findings or [_about(combination.scenario, str(error))]
+            return None
+        if loaded is None:
+            self.findings += findings
+            return None
+        portable, inputs = Gathering(loaded).gather()
+        if missing := [each for each in inputs if not each.source.is_file()]:
+            self.findings += _missing(loaded, missing[0], combination)
+            return None
+        digest = _digest(dump_yaml(replace(portable, name="-", description="", repetition=0)), inputs)
+        return Variant(number, dict(combination.levels), loaded, dump_yaml(portable), tuple(inputs), digest)
+
+    def _document(self, combination: Combination) -> tuple[Path, Document]:
+        name = combination.scenario
+        path = self._folder / str(name.value)
+        if path not in self._read:
+            if not path.is_file():
+                raise ScenarioError([_about(name, f"expected an existing scenario file, got `{name.value}`")])
+            self._read[path] = read_document(path)
+        document = self._read[path]
+        for target, value in combination.values:
+            document = assign(document, target, value)
+        return path, document
+
+
+def _missing(loaded: LoadedScenario, first: Input, combination: Combination) -> list[Finding]:
+    """What to say of files that are not there: what a run would say."""
+    try:
+        build(loaded)
+    except ScenarioError as error:
+        return list(error.findings) or [_about(_where(combination), str(error))]
+    return [_about(_where(combination), f"expected an existing file, got `{first.source}`")]
+
+
+def _where(combination: Combination) -> Node:
+    return combination.values[-1][1] if combination.values else combination.scenario
+
+
+def _about(node: Node, text: str) -> Finding:
+    return Finding(node.file, node.line, "scenario", text, "")
+
+
+def _digest(text: str, inputs: Sequence[Input]) -> str:
+    digest = blake2b(text.encode(), digest_size=12)
+    for each in sorted(inputs, key=lambda one: one.name):
+        digest.update(b"\0" + each.name.encode() + b"\0" + each.source.read_bytes())
+    return digest.hexdigest()
