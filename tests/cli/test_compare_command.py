@@ -10,7 +10,7 @@ import typer
 import netsim
 from netsim.cli.compare import compare_command
 from netsim.study.plan import load_plan
-from netsim.study.run import SerialExecutor, run_study
+from netsim.study.run import run_study
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_studies(scenarios: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     for folder, more in zip(folders, ([], ["set={algorithm.payload: float16}"]), strict=True):
         folder.mkdir()
         plan = load_plan(scenarios / "studies" / "quick.yaml", [*changes, *more])
-        run_study(plan, folder, SerialExecutor(), "netsim study quick.yaml")
+        run_study(plan, folder, "netsim study quick.yaml")
     compared(folders)
     told = capsys.readouterr().out
     assert f"{folders[1]} against {folders[0]}: differences within pairs of one seed and repetition" in told

@@ -13,7 +13,7 @@ from netsim.study.compare_studies import Line, Match, compare_studies
 from netsim.study.gate import parse_gate
 from netsim.study.plan import load_plan
 from netsim.study.results import load_results
-from netsim.study.run import SerialExecutor, run_study
+from netsim.study.run import run_study
 
 STUDY = """
 kind: study
@@ -44,7 +44,7 @@ def studies(scenarios: Path, tmp_path_factory: pytest.TempPathFactory) -> Mappin
     ):
         made[name] = folder / name
         made[name].mkdir()
-        run_study(load_plan(file, changes), made[name], SerialExecutor(), "netsim study small.yaml")
+        run_study(load_plan(file, changes), made[name], "netsim study small.yaml")
     return made
 
 
