@@ -85,6 +85,16 @@ def timed(plan: Plan, folder: Path, jobs: int) -> Timing:
     )
 
 
+def sync_s(folder: Path) -> float:
+    """Time to append a line of a trial's size and have it on the disk."""
+    with (folder / "sync").open("ab", buffering=0) as stream:
+        begun_s = time.perf_counter()
+        for _ in range(50):
+            stream.write(b"x" * 6000)
+            os.fsync(stream.fileno())
+        return (time.perf_counter() - begun_s) / 50
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=1000)
@@ -96,7 +106,10 @@ def main() -> None:
         plan = load_plan(study_file(folder, given.trials))
         count = len(plan.tasks(folder))
         print(f"{count} trials of {len(plan.variants)} variants on {os.cpu_count()} cores")
-        print(f"study read and checked in {time.perf_counter() - begun_s:.2f} s\n")
+        print(f"study read and checked in {time.perf_counter() - begun_s:.2f} s")
+        print(
+            f"this disk takes {1e3 * sync_s(folder):.2f} ms to have a line safe (fsync), which is part of `besides`\n"
+        )
         print("| way | folder | workers' start | trials | a trial itself | besides, a trial | share | tables |")
         print("| --- | --- | --- | --- | --- | --- | --- | --- |")
         for jobs in (1, given.jobs):
