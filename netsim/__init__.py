@@ -84,7 +84,7 @@ def load_results(path: str | Path) -> "pd.DataFrame":
     """The trials of a study, one row each: axes, repetition, seed, status, and every scalar metric.
 
     Args:
-        path: The folder that `netsim study` wrote, or the results.parquet in it.
+        path: The folder that `netsim study` wrote, or the results.parquet or results.csv in it.
 
     Raises:
         ScenarioError: If there is no such table.

@@ -2,6 +2,12 @@
 
 What is sent is what is charged for, and what the receiver decodes is what it uses: a float64 array survives bit for bit,
 narrower ones lose what they lose.
+
+`uint8` is a uniform quantiser with a range of its own for every array. In front stand the range's ends, low and high, as
+float16 (low rounded down, high rounded up), then a byte for every entry: a code c of 0 to 252 stands for
+low + (high - low) c / 252, and 253, 254 and 255 for minus infinity, infinity and NaN. An entry is off by half a step,
+(high - low) / 504, at most. It suits arrays of one kind and scale, such as a message in the log domain; not two numbers
+with nothing in common.
 """
 
 import struct
@@ -12,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 FloatWidth = Literal["float64", "float32", "float16"]
+Precision = Literal["float64", "float32", "float16", "uint8"]
 _DTYPES: dict[str, np.dtype[Any]] = {
     "float64": np.dtype("<f8"),
     "float32": np.dtype("<f4"),
@@ -20,25 +27,89 @@ _DTYPES: dict[str, np.dtype[Any]] = {
 _LOWEST: dict[str, float] = {name: float(np.finfo(dtype).min) for name, dtype in _DTYPES.items()}
 
 
-def encode_floats(values: ArrayLike, width: FloatWidth) -> bytes:
+_LAST_CODE = 252
+_MINUS_INFINITY, _INFINITY, _NAN = 253, 254, 255
+_RANGE_BYTE = 4
+
+
+def encode_floats(values: ArrayLike, width: Precision) -> bytes:
     """Lay out an array (or a sequence of numbers), little-endian, without its shape.
 
-    Infinities and NaN survive at every width. A finite number beyond the range of the width becomes the largest finite
-    one: a very small probability in the log domain must not turn into an impossible one.
+    Infinities and NaN survive at every width. A finite number beyond the range of the width (`uint8`: of float16) becomes
+    the largest finite one: a very small probability in the log domain must not turn into an impossible one.
     """
     numbers = np.asarray(values, dtype=np.float64)
-    limit = -_LOWEST[width]
-    clipped = np.where(np.isfinite(numbers), np.clip(numbers, -limit, limit), numbers)
-    return clipped.astype(_DTYPES[width]).tobytes()
+    if width == "uint8":
+        return _quantised(numbers.ravel())
+    return _clipped(numbers, width).astype(_DTYPES[width]).tobytes()
 
 
-def decode_floats(data: bytes, width: FloatWidth) -> FloatArray:
+def decode_floats(data: bytes, width: Precision) -> FloatArray:
     """The array that `encode_floats` laid out, one-dimensional, as float64.
 
     Raises:
-        ValueError: If the bytes are not a whole number of entries.
+        ValueError: If no array is laid out in so many bytes.
     """
+    if width == "uint8":
+        return _restored(data)
     return np.frombuffer(data, dtype=_DTYPES[width]).astype(np.float64)
+
+
+def size_byte(entries: int, width: Precision) -> int:
+    """How many bytes `encode_floats` makes of an array of so many entries."""
+    if width == "uint8":
+        return _RANGE_BYTE + entries if entries else 0
+    return entries * _DTYPES[width].itemsize
+
+
+def float_width(width: Precision) -> FloatWidth:
+    """The precision for numbers of different kinds or scales, such as coordinates: float16 where arrays are quantised."""
+    return "float16" if width == "uint8" else width
+
+
+def _clipped(numbers: FloatArray, width: FloatWidth) -> FloatArray:
+    """Finite numbers brought into the range of the width."""
+    limit = -_LOWEST[width]
+    return np.where(np.isfinite(numbers), np.clip(numbers, -limit, limit), numbers)
+
+
+def _quantised(numbers: FloatArray) -> bytes:
+    """See the module."""
+    if not len(numbers):
+        return b""
+    numbers = _clipped(numbers, "float16")
+    is_finite = np.isfinite(numbers)
+    finite = numbers[is_finite]
+    low, high = _float16_range(finite)
+    codes = np.select([np.isneginf(numbers), np.isposinf(numbers)], [_MINUS_INFINITY, _INFINITY], _NAN).astype(np.uint8)
+    steps_per_unit = _LAST_CODE / (high - low) if high > low else 0.0
+    codes[is_finite] = np.rint((finite - low) * steps_per_unit)
+    return np.array([low, high], dtype=_DTYPES["float16"]).tobytes() + codes.tobytes()
+
+
+def _float16_range(finite: FloatArray) -> tuple[float, float]:
+    """The nearest float16 numbers between which all of them lie; 0 and 0 for none."""
+    if not len(finite):
+        return 0.0, 0.0
+    least, greatest = finite.min(), finite.max()
+    low, high = np.float16(least), np.float16(greatest)
+    low = np.nextafter(low, np.float16(-np.inf)) if low > least else low
+    high = np.nextafter(high, np.float16(np.inf)) if high < greatest else high
+    return float(low), float(high)
+
+
+def _restored(data: bytes) -> FloatArray:
+    """See the module."""
+    if not data:
+        return np.empty(0)
+    if len(data) <= _RANGE_BYTE:
+        message = f"an 8-bit array of {len(data)} bytes: its range alone takes {_RANGE_BYTE}"
+        raise ValueError(message)
+    low, high = np.frombuffer(data[:_RANGE_BYTE], dtype=_DTYPES["float16"]).astype(np.float64)
+    codes = np.frombuffer(data[_RANGE_BYTE:], dtype=np.uint8)
+    numbers: FloatArray = low + (high - low) * codes / _LAST_CODE  # exact at both ends
+    special = [codes == code for code in (_MINUS_INFINITY, _INFINITY, _NAN)]
+    return np.select(special, [-np.inf, np.inf, np.nan], numbers)
 
 
 class Record:

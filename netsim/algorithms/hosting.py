@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from netsim.api import NodeHandle, NoEnergyError, Op
-from netsim.codec import FloatWidth, decode_floats, encode_floats
+from netsim.codec import FloatWidth, Precision, decode_floats, encode_floats, float_width
 from netsim.errors import AlgorithmError
 from netsim.kernels.association_model import AssociationKnowledge
 from netsim.kernels.association_vertices import hosted_vertices
@@ -32,7 +32,7 @@ class Hosting:
 
 
 def prepare(
-    node: NodeHandle, width: FloatWidth, deadline_ns: int, attempts: int, manner: Manner = "unicast"
+    node: NodeHandle, width: Precision, deadline_ns: int, attempts: int, manner: Manner = "unicast"
 ) -> Op[Hosting]:
     """Build the vertices this node hosts; returns at the deadline on every node.
 
@@ -41,7 +41,8 @@ def prepare(
 
     Args:
         node: The node.
-        width: Precision of the measurements on the air.
+        width: Precision on the air; measurements go as float16 where messages are quantised, because the two coordinates
+            of few points are no array with a range worth telling.
         deadline_ns: When the exchange ends, by the node's clock.
         attempts: How often an unacknowledged measurement is sent.
         manner: How measurements are exchanged (see `netsim.protocols.exchange`).
@@ -51,7 +52,7 @@ def prepare(
     """
     knowledge = node.knowledge
     if isinstance(knowledge, AssociationKnowledge):
-        own, others = yield from _measure(node, knowledge, width, deadline_ns, attempts, manner)
+        own, others = yield from _measure(node, knowledge, float_width(width), deadline_ns, attempts, manner)
         sensor, targets = hosted_vertices(knowledge, own, others)
         return Hosting((sensor, *targets), knowledge.hosts)
     yield from node.pause_until(deadline_ns)

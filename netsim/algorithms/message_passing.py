@@ -26,7 +26,7 @@ from netsim.algorithms.message_passing_parameters import (
     tolerance_of,
 )
 from netsim.api import Message, NodeHandle, NoEnergyError, Op, Ticket
-from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
+from netsim.codec import Precision, Record, decode_floats, encode_floats, size_byte
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
 from netsim.kernels.factor_vertices import FactorVertex
 from netsim.kernels.semiring import FloatArray, Semiring
@@ -39,7 +39,7 @@ BELIEF = "belief"
 _ENTRY = Record("HHHH")  # round or step modulo 65,536, source vertex, destination vertex, number of entries
 
 
-def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArray]], width: FloatWidth) -> bytes:
+def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArray]], width: Precision) -> bytes:
     """Messages for one node as one payload: (source vertex, destination vertex, log message) each."""
     return b"".join(
         _ENTRY.pack(round_number & LAST_ROUND, source, destination, len(message)) + encode_floats(message, width)
@@ -47,18 +47,15 @@ def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArr
     )
 
 
-def decode_entries(payload: bytes, width: FloatWidth) -> list[tuple[int, int, int, FloatArray]]:
+def decode_entries(payload: bytes, width: Precision) -> list[tuple[int, int, int, FloatArray]]:
     """The (round, source, destination, log message) that `encode_entries` put into a payload."""
     entries = []
     offset = 0
-    entry_byte = np.dtype(width).itemsize
     while offset < len(payload):
         round_number, source, destination, size = _ENTRY.unpack(payload, offset)
-        offset += _ENTRY.size_byte
-        entries.append(
-            (round_number, source, destination, decode_floats(payload[offset : offset + size * entry_byte], width))
-        )
-        offset += size * entry_byte
+        begin = offset + _ENTRY.size_byte
+        offset = begin + size_byte(size, width)
+        entries.append((round_number, source, destination, decode_floats(payload[begin:offset], width)))
     return entries
 
 
@@ -255,7 +252,15 @@ class MessagePassing:
             if isinstance(vertex, SensorVertex):
                 decision = vertex.decide(hosted.incoming[vertex_id], self._semiring)
                 node.record(Association(node.id, decision.tolist(), number))
+                if number == self._parameters.rounds:
+                    self._report_origins(node, vertex, hosted.incoming[vertex_id])
             elif not isinstance(vertex, FactorVertex):
                 belief = np.exp(vertex.belief(hosted.incoming[vertex_id], self._semiring))
                 is_max = int(self._semiring is Semiring.MAX)
                 node.record(Marginals(node.id, vertex_id, belief, number, is_max))
+
+    def _report_origins(self, node: NodeHandle, vertex: SensorVertex, incoming: Mapping[int, FloatArray]) -> None:
+        """Record where a sensor believes in the end that its measurements came from; max-product has only its decision."""
+        if self._semiring is Semiring.SUM and vertex.measurement_count:
+            belief = np.exp(vertex.belief(incoming, self._semiring))
+            node.record(Marginals(node.id, vertex.id, belief, self._parameters.rounds, 0))

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, Lt
 
-from netsim.codec import FloatWidth
+from netsim.codec import Precision
 from netsim.kernels.communication import CommunicationRule
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
 from netsim.protocols.exchange import Manner
@@ -43,8 +43,10 @@ class MessagePassingParameters:
     """How often a message that the link layer gave up is sent again, while its round lasts."""
     hold_s: Positive = 0.05
     """Asynchronous: how long a node waits for more before it computes; the longest wait before a message is sent again."""
-    payload: FloatWidth = "float64"
-    """Precision of numbers on the air."""
+    payload: Precision = "float64"
+    """Precision of numbers on the air. `uint8`: every message's log entries are quantised to 253 levels between its own
+    least and greatest (see `netsim.codec`), the measurements of the setup go as float16. What decides whether a message is
+    sent compares messages before they are encoded; those between vertices on one node are not encoded at all."""
     damping: Damping = 0.0
     """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
 

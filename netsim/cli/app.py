@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from netsim import __version__
+from netsim.cli.sections import Section
 
 app = typer.Typer(
     name="netsim",
@@ -267,11 +268,17 @@ def calibrate(
 
 
 @app.command(name="list")
-def list_all() -> None:
-    """List algorithms with their sources, devices and shipped scenarios."""
+def list_all(
+    section: Annotated[
+        Section | None,
+        typer.Argument(metavar="SECTION", help="Only this section, in full.", show_default=False),
+    ] = None,
+    metrics: Annotated[bool, typer.Option("--metrics", help="The figures of a run with unit and definition.")] = False,
+) -> None:
+    """List what comes with netsim: algorithms, models and devices with their sources, scenarios, studies; or the metrics."""
     from netsim.cli.listing import list_command
 
-    list_command()
+    list_command(section, metrics=metrics)
 
 
 @app.command()
@@ -280,7 +287,7 @@ def schema(
     study: Annotated[bool, typer.Option("--study", help="Of study files instead of scenario files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors; the shipped scenarios refer to it in their first line."""
-    from netsim.cli.listing import schema_command
+    from netsim.cli.schema import schema_command
 
     schema_command(reference, study)
 

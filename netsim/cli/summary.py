@@ -57,6 +57,7 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "marginals" in figures:
         yield "largest error of a marginal", _number(figures["marginal_error_linf"])
         yield "mean divergence from the exact marginals (nat)", _number(figures["marginal_error_kl_nat"])
+    yield from _tracking(figures)
     if "rounds" in figures:
         quiet = figures["converged_round"]
         settled = f"settled in round {quiet}" if quiet is not None else "not settled"
@@ -66,6 +67,26 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
             yield "  begun late (slow CPU, energy allowance or reboot)", late
     elif "last_news_s" in figures:
         yield "last new message", _seconds(figures["last_news_s"])
+
+
+def _tracking(figures: Mapping[str, Any]) -> Iterator[Row]:
+    if "estimates" not in figures:
+        return
+    yield f"position error, mean of {figures['estimates']} estimates", _metres(figures["position_error_mean_m"])
+    if figures["estimates_unassigned"]:
+        yield "  of tracks that follow no target, left out", f"{figures['estimates_unassigned']}"
+    yield "OSPA distance of tracks and targets, mean", _metres(figures["ospa_mean_m"])
+    yield (
+        "  targets missed, false tracks (means)",
+        " and ".join(_number(figures[name]) for name in ("targets_missed_mean", "tracks_false_mean")),
+    )
+    if figures["track_switches"] or figures["track_losses"]:
+        yield "  switches of tracks, losses", f"{figures['track_switches']} and {figures['track_losses']}"
+    if figures["nees_estimates"]:
+        interval = f"{figures['nees_mean_low']:.4g} to {figures['nees_mean_high']:.4g}"
+        yield f"NEES, mean (consistent: {interval})", _number(figures["nees_mean"])
+    if "identity_accuracy" in figures:
+        yield f"identities right, of {figures['identities']} beliefs", _percent(figures["identity_accuracy"])
 
 
 def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
@@ -153,6 +174,10 @@ def _number(value: float | None) -> str:
 
 def _seconds(time_s: float | None) -> str:
     return "-" if time_s is None else f"{time_s:.4g} s"
+
+
+def _metres(distance_m: float | None) -> str:
+    return "-" if distance_m is None else f"{distance_m:.4g} m"
 
 
 def _counted(total: int, parts: Mapping[str, int]) -> str:

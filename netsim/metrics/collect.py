@@ -9,6 +9,8 @@ from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
+from netsim.metrics.origins import OriginError
+from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
 from netsim.trace.recorder import Observer, Recorder
@@ -25,6 +27,8 @@ class Metrics:
             GraphTraffic(),
             AssociationError(),
             MarginalError(),
+            OriginError(),
+            Tracking(),
             Traffic(),
             self._energy,
             Clocks(),

@@ -12,7 +12,7 @@ from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.semiring import Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
-from netsim.metrics.marginals import exact_marginals_of
+from netsim.metrics.marginals import divergence_nat, exact_marginals_of
 from netsim.trace.events import Association, GraphMessages, Marginals, Problem, TruthOrigins, VariablePlacement
 from netsim.trace.recorder import Handler
 from netsim.units import NS_PER_S
@@ -220,7 +220,7 @@ class MarginalError:
         except ScenarioError:
             return {"marginals": beliefs, "marginal_error_linf": None, "marginal_error_kl_nat": None}
         worst = max(float(np.abs(self._beliefs[v] - exact[v]).max()) for v in self._beliefs)
-        divergence = sum(_kl(exact[v], self._beliefs[v]) for v in self._beliefs) / len(self._beliefs)
+        divergence = sum(divergence_nat(exact[v], self._beliefs[v]) for v in self._beliefs) / len(self._beliefs)
         return {
             "marginals": beliefs,
             "marginals_exact": {self._names[v]: exact[v].tolist() for v in sorted(self._beliefs)},
@@ -238,11 +238,3 @@ class MarginalError:
 
     def _on_placement(self, event: VariablePlacement, _: int) -> None:
         self._names = dict(zip(map(int, event.variable), event.name, strict=True))
-
-
-def _kl(exact: np.ndarray[Any, Any], belief: np.ndarray[Any, Any]) -> float:
-    """Kullback-Leibler divergence of a belief from the exact marginal, in nats."""
-    some = exact > 0
-    with np.errstate(divide="ignore"):
-        divergence = np.sum(exact[some] * (np.log(exact[some]) - np.log(belief[some])))
-        return max(0.0, float(divergence))  # rounding can make it a little negative

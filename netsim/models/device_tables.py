@@ -70,19 +70,19 @@ def load_radio(name_or_path: str, base_dir: Path) -> RadioDevice:
     Raises:
         ScenarioError: If there is neither, or the table is not valid (every finding with its line).
     """
-    return _read_once(_radio, _find("radios", name_or_path, base_dir))
+    return _read_once(_radio, find_table("radios", name_or_path, base_dir))
 
 
 def load_cpu(name_or_path: str, base_dir: Path) -> CpuDevice:
     """The CPU of a shipped name, else of the table at a path; arguments and errors as for `load_radio`."""
-    return _read_once(_cpu, _find("cpus", name_or_path, base_dir))
+    return _read_once(_cpu, find_table("cpus", name_or_path, base_dir))
 
 
 def load_battery(name_or_path: str, base_dir: Path) -> BatteryDevice:
     """The battery of a shipped name, else of the table at a path; arguments and errors as for `load_radio`."""
     if name_or_path == MAINS.name:
         return MAINS
-    return _read_once(_battery, _find("batteries", name_or_path, base_dir))
+    return _read_once(_battery, find_table("batteries", name_or_path, base_dir))
 
 
 def load_device(path: Path) -> Device | None:
@@ -183,7 +183,8 @@ def _directory(kind: Kind) -> Path:
     return Path(str(files("netsim.models"))) / "data" / kind
 
 
-def _find(kind: Kind, name_or_path: str, base_dir: Path) -> Path:
+def find_table(kind: Kind, name_or_path: str, base_dir: Path) -> Path:
+    """The file of a device table; arguments and errors as for `load_radio`."""
     names = shipped(kind)
     if name_or_path in names:
         return _directory(kind) / f"{name_or_path}.yaml"

@@ -20,6 +20,7 @@ from netsim.trace.events import (
     EnergyBudget,
     Fault,
     Frame,
+    Identity,
     Log,
     MessageDropped,
     NodeLife,
@@ -45,6 +46,7 @@ class LogTrack:
     def __init__(self, setting: Setting) -> None:
         self._label = setting.label
         self._decided: dict[int, str] = {}
+        self._identified: dict[tuple[int, int], int] = {}
         self._dropped: list[Batch] = []
         self._losses: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
         self._lines: dict[str, Callable[[Batch], Lines]] = {
@@ -52,6 +54,7 @@ class LogTrack:
             NodeLife.topic: self._lives,
             Role.topic: self._roles,
             Association.topic: self._decisions,
+            Identity.topic: self._identities,
             Fault.topic: partial(fault_lines, label=setting.label),
             EnergyBudget.topic: partial(budget_lines, label=setting.label),
             RouteChange.topic: RouteLines(setting.label),
@@ -128,6 +131,22 @@ class LogTrack:
             if decision != self._decided.get(node, ""):
                 self._decided[node] = decision
                 changed.append((time_ns, f"{self._label(node)} decides its measurements' targets: {decision}"))
+        times = np.array([time_ns for time_ns, _ in changed], np.int64)
+        return times, [text for _, text in changed], ["INFO"] * len(changed)
+
+    def _identities(self, batch: Batch) -> Lines:
+        """Whom a node takes a track for, when it thinks otherwise than before."""
+        flat, lengths = batch.rows("probability")
+        tracks, nodes = batch.numbers("track").tolist(), batch.numbers("node").tolist()
+        changed: list[tuple[int, str]] = []
+        for time_ns, node, track, row in zip(
+            batch.time_ns.tolist(), nodes, tracks, np.split(flat, np.cumsum(lengths)[:-1]), strict=True
+        ):
+            best = int(np.argmax(row)) if len(row) else -1
+            if best >= 0 and self._identified.get((node, track)) != best:
+                self._identified[node, track] = best
+                chance = f"{100 * row[best]:.0f} %"
+                changed.append((time_ns, f"{self._label(node)} takes track {track} for target {best} ({chance})"))
         times = np.array([time_ns for time_ns, _ in changed], np.int64)
         return times, [text for _, text in changed], ["INFO"] * len(changed)
 

@@ -22,8 +22,8 @@ from netsim.trace.reader import read_trace
 from netsim.trace.recorder import Recorder
 
 LINKS_STAY: Final = (
-    f"The network is made of the links of the start with a packet reception ratio of {USABLE_PRR:g} or more both ways; whoever "
-    "had no such way to it (to a sink, where there is one) is left out. Routes are found wherever there is a way."
+    f"The network is made of the links of the start with a packet reception ratio of {USABLE_PRR:g} or more both ways; "
+    "whoever had no such way to it (to a sink, where there is one) is left out. Routes are found wherever there is a way."
 )
 
 

@@ -19,7 +19,17 @@ from netsim.sim.net.regions import what_is_wrong
 from netsim.sim.node import Node
 from netsim.sim.stamps import MOST_STAMPED_BYTE, STAMP_BYTE
 from netsim.sim.tasks import Operation, RunningTask, SentMessage, started
-from netsim.trace.events import AlgorithmRecord, Association, Estimate, Event, GraphMessages, Log, Marginals, Role
+from netsim.trace.events import (
+    AlgorithmRecord,
+    Association,
+    Estimate,
+    Event,
+    GraphMessages,
+    Identity,
+    Log,
+    Marginals,
+    Role,
+)
 from netsim.trace.recorder import Recorder
 from netsim.units import NS_PER_S
 
@@ -29,7 +39,7 @@ MOST_RATE_PPB = 1_000_000
 MOST_HOPS = 255
 MOST_TOGETHER = 24
 """Destinations of one multicast frame: their ids take 49 bytes of it."""
-RECORDABLE = (AlgorithmRecord, Association, Estimate, GraphMessages, Marginals, Role)
+RECORDABLE = (AlgorithmRecord, Association, Estimate, GraphMessages, Identity, Marginals, Role)
 """What an algorithm may put into the trace besides log lines."""
 
 

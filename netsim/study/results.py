@@ -8,24 +8,39 @@ trials.groupby("tolerance")["energy_j"].mean()
 
 import re
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pandas as pd
 
-from netsim.errors import ScenarioError, TraceError
-from netsim.metrics.catalogue import flatten
+from netsim.metrics.catalogue import CATALOGUE, flatten
 from netsim.scenario.folder import SCENARIO_FILE
-from netsim.study.info import NODES, RESULTS, VARIANTS, StudyInfo, read_info
+from netsim.study.info import INFO_FILE, NODES, RESULTS, VARIANTS, AxisInfo, StudyInfo, read_info
+from netsim.study.levels import column_of, label_of
+from netsim.study.tables import read_table, text, typed, write_tables
 from netsim.study.trial import Outcome, Task
 
-HEAD = ("trial", "variant")
-TAIL = ("repetition", "seed", "status", "error", "command")
+__all__ = [
+    "StudyResults",
+    "command_of",
+    "load_results",
+    "load_study",
+    "node_table",
+    "trial_table",
+    "write_tables",
+]
+
+HEAD: Final = ("trial", "variant")
+TAIL: Final = ("repetition", "seed", "status", "error", "command")
 """Columns around the axes' own; then come the metrics."""
-ELSEWHERE = re.compile(r"^(scenario|seed)$|_by_node(_|$)")
+TEXTS: Final = ("status", "error", "command", "name", "group", "role")
+"""Columns that are text, whatever it looks like."""
+NODE_COLUMNS: Final = ("node", "name", "group", "role", "x_m", "y_m", "energy_j", "death_s")
+ELSEWHERE: Final = re.compile(r"^(scenario|seed|repetition)$|_by_node(_|$)")
 """Figures that are no columns of their own: those of a node are in the table of nodes."""
+PLACES: Final = {name: place for place, name in enumerate(CATALOGUE)}
 
 
 @dataclass(frozen=True)
@@ -35,8 +50,8 @@ class StudyResults:
     Attributes:
         info: The study.
         trials: One row a trial: `trial`, `variant`, the axes' columns, `repetition`, `seed`, `status`, `error`,
-            `command` (to be typed in the study's folder), then every scalar metric, nested ones by dotted names; those of
-            a node are in `nodes`.
+            `command` (to be typed in the study's folder), then every scalar metric in the catalogue's order, those in
+            dictionaries by dotted names; those of a node are in `nodes`.
         nodes: One row a trial and node: `trial`, `variant`, `repetition`, `node`, `name`, `group`, `role`, `x_m`, `y_m`,
             `energy_j`, `death_s`.
         folder: Where it lies.
@@ -48,8 +63,13 @@ class StudyResults:
     folder: Path
 
 
-def trial_table(info: StudyInfo, tasks: Iterable[Task], outcomes: Mapping[str, Outcome], seeds: Any) -> pd.DataFrame:
+def trial_table(
+    info: StudyInfo, tasks: Iterable[Task], outcomes: Mapping[str, Outcome], seeds: Sequence[int]
+) -> pd.DataFrame:
     """The tidy table of the trials that have an outcome, in the order of their numbers.
+
+    Integers stay integers where some are missing (`Int64`). An axis has levels of one kind: numbers, truth values or text;
+    where they are mixed, or one is null, all of them are labels (`netsim.study.levels.label_of`).
 
     Args:
         info: The study.
@@ -57,51 +77,51 @@ def trial_table(info: StudyInfo, tasks: Iterable[Task], outcomes: Mapping[str, O
         outcomes: What came of them, by `Task.key`.
         seeds: Each variant's seed.
     """
-    rows = [
-        _row(info, task, outcomes[task.key], seeds[task.variant])
-        for task in sorted(tasks, key=lambda task: task.trial)
-        if task.key in outcomes
-    ]
-    head = [*HEAD, *info.axis_names, *TAIL]
-    metrics = list(dict.fromkeys(name for row in rows for name in row if name not in head))
-    return pd.DataFrame(rows, columns=[*head, *metrics])
+    done = [task for task in sorted(tasks, key=lambda task: task.trial) if task.key in outcomes]
+    found = [outcomes[task.key] for task in done]
+    head = {
+        "trial": pd.Series([task.trial for task in done], dtype="int64"),
+        "variant": pd.Series([task.variant for task in done], dtype="int64"),
+        **_axis_columns(info, done),
+        "repetition": pd.Series([task.repetition for task in done], dtype="int64"),
+        "seed": typed([seeds[task.variant] for task in done]),
+        "status": text([outcome.status for outcome in found]),
+        "error": text([outcome.error for outcome in found]),
+        "command": text([command_of(task) for task in done]),
+    }
+    figures = [_figures(outcome, head) for outcome in found]
+    names = sorted({name for each in figures for name in each}, key=_place)
+    return pd.DataFrame(head | {name: typed([each.get(name) for each in figures]) for name in names})
 
 
 def node_table(tasks: Iterable[Task], outcomes: Mapping[str, Outcome]) -> pd.DataFrame:
     """One row a trial and node."""
-    parts = [
-        pd.DataFrame({"trial": task.trial, "variant": task.variant, "repetition": task.repetition, **found.nodes})
+    done = [
+        (task, found.nodes)
         for task in sorted(tasks, key=lambda task: task.trial)
         if (found := outcomes.get(task.key)) is not None and found.nodes
     ]
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["trial", "variant", "repetition"])
+    counts = [len(nodes["node"]) for _, nodes in done]
+    head = {
+        name: pd.Series(
+            [getattr(task, name) for (task, _), count in zip(done, counts, strict=True) for _ in range(count)],
+            dtype="int64",
+        )
+        for name in ("trial", "variant", "repetition")
+    }
+    columns = {
+        name: [
+            value for (_, nodes), count in zip(done, counts, strict=True) for value in nodes.get(name, [None] * count)
+        ]
+        for name in NODE_COLUMNS
+    }
+    return pd.DataFrame(head | {name: (text if name in TEXTS else typed)(values) for name, values in columns.items()})
 
 
 def command_of(task: Task) -> str:
     """What makes a trial again with its trace, typed in the study's folder."""
     scenario = f"{VARIANTS}/{task.variant:03d}/{SCENARIO_FILE}"
     return shlex.join(["netsim", "run", scenario, "--set", f"repetition={task.repetition}"])
-
-
-def write_tables(folder: Path, tables: Mapping[str, pd.DataFrame]) -> None:
-    """Write each table as Parquet and CSV, each file as a whole or not at all.
-
-    Raises:
-        TraceError: If one cannot be written.
-    """
-    for stem, table in tables.items():
-        for suffix in (".parquet", ".csv"):
-            path = folder / (stem + suffix)
-            partial = path.with_name(path.name + ".partial")
-            try:
-                if suffix == ".csv":
-                    table.to_csv(partial, index=False)
-                else:
-                    table.to_parquet(partial, index=False)
-                partial.replace(path)
-            except OSError as error:
-                message = f"cannot write {path}: {error.strerror or error}"
-                raise TraceError(message) from error
 
 
 def load_study(folder: Path | str) -> StudyResults:
@@ -112,41 +132,56 @@ def load_study(folder: Path | str) -> StudyResults:
     """
     folder = Path(folder)
     info = read_info(folder)
-    return StudyResults(info, _table(folder / f"{RESULTS}.parquet"), _table(folder / f"{NODES}.parquet"), folder)
+    trials = read_table(folder / f"{RESULTS}.parquet", _texts(info))
+    return StudyResults(info, trials, read_table(folder / f"{NODES}.parquet", TEXTS), folder)
 
 
 def load_results(path: Path | str) -> pd.DataFrame:
     """The table of a study's trials: see `StudyResults.trials`.
 
     Args:
-        path: The study's folder, or its results.parquet.
+        path: The study's folder, or its results.parquet or results.csv: they give the same table.
 
     Raises:
         ScenarioError: If there is none.
     """
     path = Path(path)
-    return _table(path if path.suffix == ".parquet" else path / f"{RESULTS}.parquet")
+    if path.suffix not in (".parquet", ".csv"):
+        path /= f"{RESULTS}.parquet"
+    beside = path.parent / INFO_FILE
+    return read_table(path, _texts(read_info(path.parent)) if beside.is_file() else TEXTS)
 
 
-def _table(path: Path) -> pd.DataFrame:
-    try:
-        return pd.read_parquet(path)
-    except (OSError, ValueError) as error:
-        got = "no such file" if isinstance(error, FileNotFoundError) else str(error)
-        message = f"{path}: expected the table of a study, got: {got}; give the folder that `netsim study` wrote"
-        raise ScenarioError(message) from error
+def _texts(info: StudyInfo) -> set[str]:
+    """The columns of a study's tables that are text."""
+    return {*TEXTS, *(axis.name for axis in info.axes if _is_text(axis))}
 
 
-def _row(info: StudyInfo, task: Task, outcome: Outcome, seed: int) -> dict[str, Any]:
-    once = {name: value for name, value in outcome.figures.items() if not ELSEWHERE.search(name)}
-    return {
-        "trial": task.trial,
-        "variant": task.variant,
-        **info.variants[task.variant].levels,
-        "repetition": task.repetition,
-        "seed": seed,
-        "status": outcome.status,
-        "error": outcome.error,
-        "command": command_of(task),
-        **flatten(once),
-    }
+def _axis_columns(info: StudyInfo, tasks: Sequence[Task]) -> "dict[str, pd.Series[Any]]":
+    columns = {}
+    for axis in info.axes:
+        known = dict(zip(map(label_of, axis.levels), column_of(axis.levels), strict=True))
+        levels = [known[label_of(info.variants[task.variant].levels[axis.name])] for task in tasks]
+        columns[axis.name] = text(levels) if _is_text(axis) else typed(levels)
+    return columns
+
+
+def _is_text(axis: AxisInfo) -> bool:
+    return any(isinstance(level, str) for level in column_of(axis.levels))
+
+
+def _figures(outcome: Outcome, head: Mapping[str, Any]) -> dict[str, Any]:
+    """The figures that are columns; one called as an axis is steps aside."""
+    flat = flatten({name: value for name, value in outcome.figures.items() if not ELSEWHERE.search(name)})
+    return {f"{name}_measured" if name in head else name: value for name, value in flat.items()}
+
+
+def _place(name: str) -> tuple[int, str, list[tuple[bool, int, str]]]:
+    """Where a metric's column stands: as in the catalogue, the entries of a dictionary in natural order (n2 before n10)."""
+    top, _, rest = name.partition(".")
+    parts = re.findall(r"\d+|\D+", rest)
+    return (
+        PLACES.get(top, len(PLACES)),
+        top,
+        [(part.isdigit(), int(part) if part.isdecimal() else 0, part) for part in parts],
+    )

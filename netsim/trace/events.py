@@ -385,7 +385,8 @@ class Marginals:
     node: U32
     variable: U32
     probability: F64Array
-    """Sums to one; a max-marginal is scaled so that it does."""
+    """Sums to one; a max-marginal is scaled so that it does. Of a sensor's association: measurement after measurement, the
+    probability that it came from each covered target, ascending, and of a false alarm, over the number of measurements."""
     round: U32
     is_max: U8
     """1 for a max-marginal, 0 for a marginal."""
@@ -398,10 +399,23 @@ class Estimate:
     topic: ClassVar[str] = "/estimates"
     node: U32
     target: U32
+    """Number of the track, one for the whole network; which target it follows is for the metrics to find out."""
     x_m: F64
     y_m: F64
     covariance_m2: F64Array
     """xx, xy, yy; empty when unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Which target a node believes that a track follows."""
+
+    topic: ClassVar[str] = "/identities"
+    node: U32
+    track: U32
+    """Number of the track, as in `Estimate.target`."""
+    probability: F64Array
+    """Of each target, at the place of its number; sums to one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -465,6 +479,7 @@ Event = (
     | Association
     | Marginals
     | Estimate
+    | Identity
     | Role
     | AlgorithmRecord
     | Log

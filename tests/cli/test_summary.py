@@ -66,3 +66,29 @@ def test_frames_are_told_by_kind_where_some_are_control(quiet: tuple[netsim.Resu
     assert "by kind" not in told(quiet, sent | {"frames_by_kind": {"ack": 2, "reading": 3}})
     rows = told(quiet, sent | {"frames_by_kind": {"ack": 2, "beacon": 40, "reading": 3}})
     assert rows["by kind"] == "40 beacon, 3 reading, 2 ack"
+
+
+def test_tracking_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    figures = {
+        "estimates": 40,
+        "estimates_unassigned": 0,
+        "position_error_mean_m": 1.25,
+        "ospa_mean_m": 2.5,
+        "targets_missed_mean": 0.5,
+        "tracks_false_mean": 0.0,
+        "track_switches": 3,
+        "track_losses": 1,
+        "nees_estimates": 40,
+        "nees_mean": 2.5,
+        "nees_mean_low": 1.428,
+        "nees_mean_high": 2.666,
+    }
+    rows = told(quiet, figures)
+    assert rows["position error, mean of 40 estimates"] == "1.25 m"
+    assert rows["targets missed, false tracks (means)"] == "0.5 and 0"
+    assert rows["switches of tracks, losses"] == "3 and 1"
+    assert rows["NEES, mean (consistent: 1.428 to 2.666)"] == "2.5"
+    assert "of tracks that follow no target, left out" not in rows
+    lost = told(quiet, {**figures, "position_error_mean_m": None, "estimates_unassigned": 40, "nees_estimates": 0})
+    assert lost["position error, mean of 40 estimates"] == "-"
+    assert lost["of tracks that follow no target, left out"] == "40"

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tracking_scenario import tracking_scenario
 
 from netsim.errors import ScenarioError
 from netsim.metrics.catalogue import (
@@ -17,7 +18,7 @@ from netsim.metrics.catalogue import (
     metric_of,
 )
 from netsim.metrics.reach import Reach
-from netsim.scenario.load import load
+from netsim.scenario.load import LoadedScenario, load
 from netsim.scenario.outlook import lifetime_figures
 from netsim.scenario.run import run
 
@@ -26,13 +27,14 @@ NO_NUMBER = {"scenario", "seed", "interrupted", "energy_most_node"}
 
 
 @pytest.fixture(scope="module")
-def figures(scenarios: Path) -> list[dict[str, object]]:
-    """What the shipped scenarios give, in the order of their files, with the lifetimes where they plan a day."""
-    return [_all_of(path) for path in sorted(scenarios.rglob("*.yaml")) if "kind: scenario" in path.read_text()]
+def figures(scenarios: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, object]]:
+    """What the shipped scenarios give, with the lifetimes where they plan a day, and one with tracks."""
+    shipped = (path for path in sorted(scenarios.rglob("*.yaml")) if "kind: scenario" in path.read_text())
+    return [*(_all_of(load(path)) for path in shipped), _all_of(tracking_scenario(tmp_path_factory.mktemp("tracking")))]
 
 
-def _all_of(path: Path) -> dict[str, object]:
-    loaded, reach = load(path), Reach()
+def _all_of(loaded: LoadedScenario) -> dict[str, object]:
+    reach = Reach()
     metrics = run(loaded, observers=[reach]).metrics
     return {**metrics, **lifetime_figures(loaded, metrics, reach.links, reach.hosts)}
 

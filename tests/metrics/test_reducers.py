@@ -4,9 +4,11 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from scipy import stats
 
+from netsim.kernels.association_marginals import exact_origins
 from netsim.kernels.association_model import AssociationInstance, SensorModel
-from netsim.metrics import inference
+from netsim.metrics import inference, origins
 from netsim.metrics.collect import metrics_of
 from netsim.metrics.conversations import Conversation, Conversations
 from netsim.trace.events import (
@@ -17,6 +19,7 @@ from netsim.trace.events import (
     Event,
     Frame,
     GraphMessages,
+    Marginals,
     MessageDelivered,
     MessageDropped,
     MessageSent,
@@ -207,3 +210,29 @@ def test_a_problem_too_large_for_the_exact_map_says_so(monkeypatch: pytest.Monke
     assert figures["association_error_exact_map"] is None
     assert figures["association_differs_from_exact_map"] is None
     assert figures["association_error"] == 0.0
+
+
+def origins_told(*beliefs: tuple[int, list[float]]) -> dict[str, object]:
+    """The figures of the two-sensor problem where sensors tell where their measurements came from."""
+    told = [(3, Marginals(sensor, sensor, belief, 1, 0)) for sensor, belief in beliefs]
+    return metrics_of([(0, Problem("association", instance().to_json())), *told])
+
+
+def test_beliefs_about_origins_are_compared_with_the_exact_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measurements of sensor 0 are of target 0 or false, by hand: strict, so that one is the target's and one is false."""
+    near, far = exact_origins(instance())
+    weights = [stats.multivariate_normal([0, 0], 2 * np.eye(2)).pdf(point) for point in ([0.1, 0.0], [3.9, 0.0])]
+    share = weights[0] / sum(weights)
+    np.testing.assert_allclose(near, [[share, 1 - share], [1 - share, share]], rtol=1e-12)
+    right = [(0, (near / 2).ravel().tolist()), (1, far.ravel().tolist())]
+    figures = origins_told(*right)
+    assert figures["marginal_error_linf"] == pytest.approx(0.0, abs=1e-15)
+    assert figures["marginals_exact"] == {"sensor 0": near.tolist(), "sensor 1": far.tolist()}
+    even = origins_told((0, [0.25] * 4), right[1])
+    assert even["marginal_error_linf"] == pytest.approx(share - 0.5)
+    entropy = -share * np.log(share) - (1 - share) * np.log(1 - share)
+    assert even["marginal_error_kl_nat"] == pytest.approx(2 * (np.log(2) - entropy) / 3)
+    assert origins_told((0, [1.0, 0.0, 0.0, 1.0]), right[1])["marginal_error_kl_nat"] is None
+    assert "marginals" not in origins_told((0, [1.0]))  # of other measurements than it had
+    monkeypatch.setattr(origins, "LARGEST_TABLE", 1)
+    assert origins_told(*right)["marginal_error_linf"] is None

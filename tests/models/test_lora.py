@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from netsim.errors import ScenarioError
-from netsim.models.device_tables import load_radio
+from netsim.models.device_tables import find_table, load_radio
 from netsim.models.devices import lora_radio
 from netsim.models.lora import LoraParameters, noise_floor_dbm
 
@@ -80,7 +80,7 @@ def test_other_radios_have_no_such_settings():
 
 
 def test_a_table_must_know_every_spreading_factor(tmp_path):
-    text = load_radio.__globals__["_find"]("radios", "sx1276", HERE).read_text()
+    text = find_table("radios", "sx1276", HERE).read_text()
     line = next(line for line in text.splitlines(keepends=True) if line.startswith("    12: {"))
     (tmp_path / "mine.yaml").write_text(text.replace(line, ""))
     with pytest.raises(ScenarioError, match="every spreading factor from 7 to 12"):

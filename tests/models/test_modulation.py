@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from netsim.models.device_tables import load_radio
+from netsim.models.device_tables import find_table, load_radio
 from netsim.models.modulation import O_QPSK, Cc2420Fit, LoraChirps, NcFsk
 
 MODULATIONS = [O_QPSK, NcFsk(30.0 / 19.2), Cc2420Fit(), LoraChirps(-9.5, 6.0)]
@@ -73,7 +73,7 @@ def test_tables_name_their_modulation(tmp_path):
     (tmp_path / "fit.yaml").write_text(
         "extends: base.yaml\nmodulation: {type: cc2420-fit, source: TOSSIM}\ncapture_sinr_db: {value: 3, source: mine}\n"
     )
-    shipped = load_radio.__globals__["_find"]("radios", "cc2420", tmp_path)
+    shipped = find_table("radios", "cc2420", tmp_path)
     (tmp_path / "base.yaml").write_text(shipped.read_text())
     assert load_radio("fit.yaml", tmp_path).modulation == Cc2420Fit()
     assert load_radio("fit.yaml", tmp_path).capture_sinr_db == 3.0

@@ -14,6 +14,7 @@ from netsim.trace.events import (
     FieldInfo,
     Frame,
     GraphMessages,
+    Identity,
     LinkTable,
     Log,
     MessageDropped,
@@ -179,6 +180,8 @@ def devices(duration_s: float, mains: bool) -> list[Row]:
     rows.append((s_to_ns(DEATH_S), NodeLife(DEAD_NODE, "died", "battery empty")))
     rows.append((s_to_ns(DEATH_S), RadioState(DEAD_NODE, 6)))
     rows.append((s_to_ns(4.0), Role(6, "leader", 1)))
+    rows += [(s_to_ns(4.0 + number), Identity(6, 0, belief)) for number, belief in enumerate(([0.7, 0.3], [0.9, 0.1]))]
+    rows.append((s_to_ns(6.0), Identity(6, 0, [0.25, 0.75])))
     rows.append((s_to_ns(5.0), Log(5, 0, 2, "hand-off to n07", "n06", "", 0)))
     return rows
 

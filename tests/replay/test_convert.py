@@ -115,6 +115,8 @@ def test_log_tells_reasons(whole: Table) -> None:
     assert f"n{DEAD_NODE} died: battery empty" in lines
     assert f"{NODES} nodes started" in lines
     assert "n06: becomes leader" in lines
+    identified = sorted(line for line in lines if "takes track" in line)
+    assert identified == ["n06 takes track 0 for target 0 (70 %)", "n06 takes track 0 for target 1 (75 %)"]
     assert "n06: hand-off to n07" in lines
     assert any(re.search(r"^n\d\d: gave up belief #\d+ to n\d\d: no ack \(last loss: \w+\)$", line) for line in lines)
     levels = {text: level for _, level, text in log_of(whole)}
