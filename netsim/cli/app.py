@@ -237,6 +237,21 @@ def lifetime(
 
 
 @app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(help="Folder that `netsim study` wrote.", show_default=False)],
+    open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Write the report of a study anew from its results: Markdown, one HTML page, plots, tables of means and differences.
+
+    An interrupted study is reported as far as it got.
+    """
+    from netsim.cli.report import report_command
+
+    report_command(folder, open_page=open_page)
+
+
+@app.command()
 def calibrate(
     log: Annotated[Path, typer.Argument(help="Log of a testbed: CSV or K7, plain or gzip.", show_default=False)],
     positions: Annotated[

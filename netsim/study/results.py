@@ -37,7 +37,17 @@ TAIL: Final = ("repetition", "seed", "status", "error", "command")
 """Columns around the axes' own; then come the metrics."""
 TEXTS: Final = ("status", "error", "command", "name", "group", "role")
 """Columns that are text, whatever it looks like."""
-NODE_COLUMNS: Final = ("node", "name", "group", "role", "x_m", "y_m", "energy_j", "death_s")
+NODE_COLUMNS: Final = (
+    "node",
+    "name",
+    "group",
+    "role",
+    "x_m",
+    "y_m",
+    "energy_j",
+    "energy_beyond_listening_j",
+    "death_s",
+)
 ELSEWHERE: Final = re.compile(r"^(scenario|seed|repetition)$|_by_node(_|$)")
 """Figures that are no columns of their own: those of a node are in the table of nodes."""
 PLACES: Final = {name: place for place, name in enumerate(CATALOGUE)}
@@ -53,7 +63,7 @@ class StudyResults:
             `command` (to be typed in the study's folder), then every scalar metric in the catalogue's order, those in
             dictionaries by dotted names; those of a node are in `nodes`.
         nodes: One row a trial and node: `trial`, `variant`, `repetition`, `node`, `name`, `group`, `role`, `x_m`, `y_m`,
-            `energy_j`, `death_s`.
+            `energy_j`, `energy_beyond_listening_j`, `death_s`.
         folder: Where it lies.
     """
 

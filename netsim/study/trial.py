@@ -12,10 +12,11 @@ from typing import Any, Literal
 
 from netsim import __version__
 from netsim.errors import NetsimError, TraceError
+from netsim.metrics.energy import STANDING
 from netsim.scenario.folder import SCENARIO_FILE
 from netsim.scenario.load import LoadedScenario, load
 from netsim.scenario.run import Result, run
-from netsim.trace.events import Event, NodeTable
+from netsim.trace.events import EnergyLedger, Event, NodeTable
 from netsim.trace.recorder import Handler
 
 Status = Literal["ok", "failed"]
@@ -125,17 +126,18 @@ def _failed(task: Task, text: str, begun_s: float, details: str) -> Outcome:
 
 
 class NodeNotes:
-    """Notes where the nodes stand; an observer of one run."""
+    """Notes where the nodes stand and what they draw; an observer of one run."""
 
     def __init__(self) -> None:
         self._table: NodeTable | None = None
+        self._beyond_j: dict[int, float] = {}
 
     def handlers(self) -> Mapping[type[Event], Handler]:
         """See `Observer.handlers`."""
-        return {NodeTable: self._on_nodes}
+        return {NodeTable: self._on_nodes, EnergyLedger: self._on_ledger}
 
     def columns(self, figures: Mapping[str, Any]) -> dict[str, list[Any]]:
-        """One row a node: name, group, role, position, energy, time of death."""
+        """One row a node: name, group, role, position, energy with and without listening, time of death."""
         table = self._table
         if table is None:
             return {}
@@ -147,11 +149,18 @@ class NodeNotes:
             "x_m": list(map(float, table.x_m)),
             "y_m": list(map(float, table.y_m)),
             "energy_j": [figures["energy_by_node_j"].get(name) for name in table.name],
+            "energy_beyond_listening_j": [self._beyond_j.get(int(node), 0.0) for node in table.node],
             "death_s": [figures["death_by_node_s"].get(name) for name in table.name],
         }
 
     def _on_nodes(self, event: NodeTable, _: int) -> None:
         self._table = event
+
+    def _on_ledger(self, event: EnergyLedger, _: int) -> None:
+        """As the metric of that name: without what goes on by itself."""
+        for node, device, state, joules in zip(event.node, event.device, event.state, event.energy_j, strict=True):
+            if state not in STANDING.get(device, ()):
+                self._beyond_j[int(node)] = self._beyond_j.get(int(node), 0.0) + float(joules)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,174 @@
+"""Estimates with their intervals, a row each: paired differences, lifetimes, published beside measured figures."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from netsim.study.differences import EQUAL, HIGHER, LOWER
+from netsim.study.levels import label_of
+from netsim.study.plots.style import (
+    INK,
+    PALETTE,
+    SOFT,
+    WIDTH_IN,
+    Plot,
+    colours_of,
+    grid_of,
+    log_scale,
+    panels,
+    plain_tick,
+    shorten,
+    spans_decades,
+)
+from netsim.study.reporting.blocks import plain
+from netsim.study.reporting.names import level_name, title_of, title_with
+from netsim.study.reporting.phrases import Row, decided
+from netsim.study.reporting.view import View
+from netsim.study.statistics import published_table
+
+MOST_ROWS = 36
+LEAST_PUBLISHED = 3
+"""Fewer published figures are told by the table alone."""
+
+
+def difference_plots(view: View) -> Iterator[Plot]:
+    """Paired differences against the baseline: a panel a metric, a row a level and setting."""
+    axis = view.info.compare_axis
+    if view.differences is None or axis is None or len(view.info.repetitions) < 2:
+        return
+    metrics = [name for name in view.compared if _known(view, name)][:6]
+    if not metrics:
+        return
+    every = list(dict.fromkeys(_key(view, row) for metric in metrics for row in _known(view, metric)))
+    keys = every[:MOST_ROWS]
+    rows, columns = grid_of(len(metrics))
+    figure, axes = panels(rows, columns, rows * (1.0 + 0.21 * len(keys)) + 0.2, sharey=True)
+    for panel, metric in zip(axes.flat, metrics, strict=False):
+        _differences(view, panel, metric, keys)
+    for panel in list(axes.flat)[len(metrics) :]:
+        panel.set_axis_off()
+    for panel in axes[:, 0]:
+        panel.set_yticks(range(len(keys)), [shorten(key, 44) for key in keys])
+    axes[0][0].set_ylim(len(keys) - 0.4, -0.6)
+    base = plain(level_name(axis, view.info.baseline))
+    levels = _levels(view)
+    what = f"Mean difference of {plain(levels[0])}" if len(levels) == 1 else "Mean difference"
+    caption = (
+        f"{what} from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: other "
+        "than 0 (or equal in every pair), even after Holm's adjustment for all comparisons of the metric; hollow: undecided."
+    )
+    caption += f" The first {len(keys)} of {len(every)} rows." if len(keys) < len(every) else ""
+    yield Plot("differences", figure, caption, f"Paired differences against {base}")
+
+
+def lifetime_plots(view: View) -> Iterator[Plot]:
+    """Days by variant, a colour a milestone."""
+    there = [name for name in view.lifetimes if any(view.estimate(number, name).n for number in view.variants)]
+    variants = [number for number in view.variants if any(view.estimate(number, name).n for name in there)][:MOST_ROWS]
+    if not variants:
+        return
+    figure, axes = panels(1, 1, 1.3 + 0.34 * len(variants), width_in=0.85 * WIDTH_IN)
+    panel = axes[0][0]
+    values = [view.estimate(number, name).mean for number in variants for name in there]
+    for place, name in enumerate(there):
+        found = [view.estimate(number, name) for number in variants]
+        y = np.arange(len(variants)) + 0.16 * (place - (len(there) - 1) / 2)
+        half = [0.0 if math.isnan(each.half) else each.half for each in found]
+        panel.errorbar([each.mean for each in found], y, xerr=half, fmt="osD^"[place], ms=5.5, color=PALETTE[place], lw=0,
+                       elinewidth=1.2, capsize=2, label=title_of(name).removeprefix("lifetime to "))  # fmt: skip
+    if spans_decades([value for value in values if not math.isnan(value)]):
+        log_scale(panel.xaxis, [value for value in values if not math.isnan(value)])
+    else:
+        panel.set_xlim(left=0)
+    panel.set_yticks(range(len(variants)), [shorten(view.name(number)) for number in variants])
+    panel.set_ylim(len(variants) - 0.4, -0.6)
+    panel.set_xlabel("days until")
+    figure.legend(loc="outside lower center", ncols=2)
+    caption = "Days until each milestone under the scenario's duty plan: means, bars are 95 % intervals. None: never."
+    yield Plot("lifetime", figure, caption, "Lifetime in days by variant")
+
+
+def published_plots(view: View) -> Iterator[Plot]:
+    """Published and measured figures side by side, a panel a metric."""
+    rows = [row for row in published_table(view.info, view.summary).to_dict("records") if row["n"] > 0]
+    metrics = list(dict.fromkeys(row["metric"] for row in rows))
+    if len(rows) < LEAST_PUBLISHED:
+        return
+    columns = min(2, len(metrics))
+    lines = math.ceil(len(metrics) / columns)
+    most = max(sum(row["metric"] == metric for row in rows) for metric in metrics)
+    figure, axes = panels(lines, columns, lines * (0.9 + 0.4 * min(most, 20)) + 0.4)
+    for panel, metric in zip(axes.flat, metrics, strict=False):
+        _published(panel, [row for row in rows if row["metric"] == metric][:20])
+        panel.set_title(title_with(metric, ""))
+    for panel in list(axes.flat)[len(metrics) :]:
+        panel.set_axis_off()
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    caption = (
+        "Measured and published figures with 95 % intervals (published: ± 1.96 standard errors, where they are known)."
+    )
+    yield Plot("published", figure, caption, "Published beside measured figures")
+
+
+def _published(panel: Any, rows: Sequence[Row]) -> None:
+    y = np.arange(len(rows))
+    half = [0.0 if math.isnan(row["high"]) else (row["high"] - row["low"]) / 2 for row in rows]
+    known = [0.0 if math.isnan(row["published_se"]) else 1.96 * row["published_se"] for row in rows]
+    style = {"lw": 0, "elinewidth": 1.2, "capsize": 2, "ms": 6}
+    panel.errorbar(
+        [row["measured"] for row in rows], y - 0.12, xerr=half, fmt="o", color=PALETTE[0], label="measured", **style
+    )
+    panel.errorbar([row["published"] for row in rows], y + 0.12, xerr=known, fmt="D", color=PALETTE[1], label="published",
+                   **style)  # fmt: skip
+    panel.set_yticks(y, [shorten(row["levels"] or row["at"] or "everywhere", 30) for row in rows])
+    panel.set_ylim(len(rows) - 0.4, -0.6)
+
+
+def _known(view: View, metric: str) -> list[Row]:
+    """The paired differences of a metric that have pairs."""
+    table = view.differences
+    return (
+        [] if table is None else [row for row in table.to_dict("records") if row["metric"] == metric and row["n"] > 1]
+    )
+
+
+def _key(view: View, row: Row) -> str:
+    """A row's setting and level in words."""
+    axis = str(view.info.compare_axis)
+    others = [each.name for each in view.info.axes if each.name != axis and len(each.levels) > 1]
+    told = [axis] if len(_levels(view)) > 1 or not others else []
+    return ", ".join(
+        [*(level_name(name, row[name]) for name in others), *(level_name(name, row[name]) for name in told)]
+    )
+
+
+def _levels(view: View) -> list[str]:
+    """The levels that are compared with the baseline, in words."""
+    axis = next(each for each in view.info.axes if each.name == view.info.compare_axis)
+    return [level_name(axis.name, each) for each in axis.levels if label_of(each) != label_of(view.info.baseline)]
+
+
+def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> None:
+    axis = next(axis for axis in view.info.axes if axis.name == view.info.compare_axis)
+    colours = colours_of(axis)
+    panel.axvline(0, color=INK, lw=1)
+    for row in _known(view, metric):
+        key, base = _key(view, row), abs(float(row["baseline_mean"]))
+        if key not in keys or base == 0:
+            continue
+        colour = colours.get(label_of(row[axis.name]), SOFT)
+        sure = decided(row) in (LOWER, HIGHER, EQUAL)
+        half = 100 * (float(row["high"]) - float(row["low"])) / 2 / base
+        panel.errorbar(100 * float(row["difference"]) / base, keys.index(key), xerr=half, fmt="o", ms=5, color=colour,
+                       mfc=colour if sure else "white", elinewidth=1.2, capsize=2, zorder=4)  # fmt: skip
+    low, high = panel.get_xlim()
+    if high - low < 1e-9 or all(row["verdict"] == EQUAL for row in _known(view, metric)):
+        panel.set_xlim(-1, 1)
+    panel.xaxis.set_major_locator(MaxNLocator(5))
+    panel.xaxis.set_major_formatter(FuncFormatter(plain_tick))
+    panel.set_title(title_of(metric))
+    panel.set_xlabel("difference (%)")

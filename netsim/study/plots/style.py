@@ -1,0 +1,167 @@
+"""How plots look: fonts, colours, markers; and how a figure becomes a file, the same bytes each time."""
+
+import io
+import math
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from netsim.study.info import AxisInfo
+from netsim.study.levels import label_of
+from netsim.study.reporting.names import is_ordered
+from netsim.study.reporting.numbers import MINUS
+
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A4FBF", "#4D4D4D")
+"""Told apart by most colour-blind eyes (after Okabe and Ito 2008)."""
+STACK = (*PALETTE, "#A6761D", "#B7C94B", "#F0A6A0", "#9AA5B1")
+MARKERS = "osD^vPX*<>"
+INK, SOFT, GRID = "#1c2430", "#5a6675", "#dde2e8"
+WIDTH_IN = 9.0
+"""Width of a plot across the page."""
+
+RC: Mapping[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": SOFT,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-4, 6),
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "figure.facecolor": "white",
+    "svg.hashsalt": "netsim",
+    "svg.fonttype": "path",
+    "savefig.dpi": 144,
+}
+"""Settings of matplotlib while a plot is drawn or written."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure with its file's stem, what it shows, and the same in words for those who cannot see it."""
+
+    stem: str
+    figure: Figure
+    caption: str
+    alt: str
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Matplotlib with these settings and otherwise its own, whatever the user's are; afterwards as it was."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(dict[Any, Any](RC))
+        yield
+
+
+def settle(figure: Figure) -> None:
+    """Lay a figure out once and for all, instead of anew for each file; what is drawn from then on moves nothing."""
+    if isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine):
+        return
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
+def render(figure: Figure, kind: str) -> bytes:
+    """A figure as PNG or SVG, without a date in it."""
+    stream = io.BytesIO()
+    metadata = {"Date": None, "Creator": "netsim"} if kind == "svg" else {"Software": "netsim"}
+    with styled():
+        figure.savefig(stream, format=kind, metadata=metadata)
+    return stream.getvalue()
+
+
+def panels(
+    rows: int, columns: int, height_in: float, *, width_in: float = WIDTH_IN, **kwargs: Any
+) -> tuple[Figure, Any]:
+    """A figure with a grid of axes, and these as a two-dimensional array.
+
+    Args:
+        rows: Of panels.
+        columns: Of panels.
+        height_in: Of the whole figure.
+        width_in: Likewise.
+        kwargs: For `Figure.subplots`.
+    """
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **kwargs)
+
+
+def colours_of(axis: AxisInfo | None) -> dict[str, Any]:
+    """A colour for each level of an axis, by its label, the same in all plots: in order of hue for numbers."""
+    levels = [] if axis is None else [label_of(level) for level in axis.levels]
+    if axis is not None and is_ordered(axis):
+        ramp = mpl.colormaps["viridis"]
+        place = {label: 0.88 * index / (len(levels) - 1) for index, label in enumerate(levels)}
+        return {label: mpl.colors.to_hex(ramp(where)) for label, where in place.items()}
+    return {label: PALETTE[index % len(PALETTE)] for index, label in enumerate(levels)}
+
+
+def markers_of(axis: AxisInfo | None) -> dict[str, str]:
+    """A marker for each level of an axis, by its label."""
+    levels = [] if axis is None else [label_of(level) for level in axis.levels]
+    return {label: MARKERS[index % len(MARKERS)] for index, label in enumerate(levels)}
+
+
+def spans_decades(values: Sequence[float], ratio: float = 20.0) -> bool:
+    """Whether positive values are better shown on a log axis."""
+    return bool(values) and min(values) > 0 and max(values) / min(values) >= ratio
+
+
+def log_scale(axis: Any, values: Sequence[float]) -> None:
+    """Make an axis logarithmic, with numbers as one writes them.
+
+    Args:
+        axis: `panel.xaxis` or `panel.yaxis`.
+        values: Positive, what is to be shown.
+    """
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    narrow = max(values) / min(values) < 300
+    axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
+    axis.set_major_formatter(FuncFormatter(plain_tick))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def plain_tick(value: float, _: int | None = None) -> str:
+    """A tick as one writes it: `0.03`, `30`, `30 000`."""
+    text = f"{value:g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return text.replace("-", MINUS)
+
+
+def grid_of(count: int) -> tuple[int, int]:
+    """Rows and columns for so many panels: three abreast, two where that leaves fewer places empty."""
+    columns = 2 if count in (2, 4) else min(3, count)
+    return math.ceil(count / columns), columns
+
+
+def wrap(text: str, width: int = 26) -> str:
+    """A title on at most two lines."""
+    return shorten("\n".join(textwrap.wrap(text, width)[:2]), 2 * width)
+
+
+def shorten(text: str, most: int = 34) -> str:
+    """A text of at most so many characters."""
+    return text if len(text) <= most else text[: most - 1] + "…"

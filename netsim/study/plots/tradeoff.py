@@ -1,0 +1,190 @@
+"""Error against each cost, with intervals both ways, and the Pareto set drawn and named."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from netsim.study.levels import label_of
+from netsim.study.plots.labels import Mark, label_points
+from netsim.study.plots.style import (
+    INK,
+    SOFT,
+    WIDTH_IN,
+    Plot,
+    colours_of,
+    grid_of,
+    log_scale,
+    markers_of,
+    panels,
+    settle,
+    shorten,
+    spans_decades,
+    wrap,
+)
+from netsim.study.reporting.blocks import plain
+from netsim.study.reporting.names import better_of, title_of, title_with
+from netsim.study.reporting.phrases import bracketed, chain
+from netsim.study.reporting.view import View
+
+MOST_SETTINGS = 9
+"""So many settings of the circumstances get a panel."""
+MOST_NAMES = 7
+"""So many points of a panel get their names: all of them if one choice tells them apart, else the Pareto set."""
+
+
+def tradeoff_plots(view: View) -> Iterator[Plot]:
+    """Without circumstances or with few, all costs in one figure; else a figure a cost with a panel a setting."""
+    if view.error is None or len(view.variants) < 2:
+        return
+    settings = {where: found for where, found in list(view.settings.items())[:MOST_SETTINGS]}
+    costs = [cost for cost in view.costs if any(_point(view, number, cost) for number in view.variants)]
+    if not costs:
+        return
+    if len(settings) == 1:
+        yield _plot(view, [(cost, where, found) for cost in costs for where, found in settings.items()], "tradeoff")
+        return
+    for cost in costs:
+        yield _plot(view, [(cost, where, found) for where, found in settings.items()], f"tradeoff-{cost}")
+
+
+Panel = tuple[str, str, Sequence[int]]
+"""A cost, a setting in words, its variants."""
+
+
+def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
+    rows, columns = grid_of(len(wanted))
+    one_cost = len({cost for cost, _, _ in wanted}) == 1
+    width = WIDTH_IN if columns > 1 else 0.66 * WIDTH_IN
+    figure, axes = panels(rows, columns, 0.5 + 2.9 * rows, width_in=width, sharey=True, sharex=one_cost)
+    for place, axis in enumerate(axes.flat):
+        if place >= len(wanted):
+            axis.set_axis_off()
+            continue
+        _scatter(view, axis, wanted[place])
+        axis.tick_params(labelbottom=True)
+        if place % columns == 0:
+            axis.set_ylabel(title_with(str(view.error), view.scale(str(view.error)).unit))
+    _scale_axes(view, axes, wanted)
+    _legend(view, figure)
+    _names(view, figure, axes, wanted)
+    costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
+    return Plot(
+        stem, figure, _caption(view, wanted), f"Scatter plot of {title_of(str(view.error))} against {', '.join(costs)}"
+    )
+
+
+def _caption(view: View, wanted: Sequence[Panel]) -> str:
+    error = str(view.error)
+    left_out = [axis.name for axis in view.conditions]
+    sets: dict[str, list[str]] = {}
+    for cost, where, variants in wanted:
+        names = chain([plain(view.name(number, left_out)) for number in view.pareto(cost, variants)])
+        sets.setdefault(names, []).append(bracketed(plain(where)) or title_of(cost))
+    pareto = "; ".join(f"{' / '.join(where)}: {names or 'none'}" for names, where in sets.items())
+    costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
+    count = len(view.settings)
+    more = f" The first {MOST_SETTINGS} of {count} settings." if len(costs) == 1 and count > MOST_SETTINGS else ""
+    bars = " Bars are 95 % intervals of the means." if len(view.info.repetitions) > 1 else ""
+    side = "above" if better_of(error) == "higher" else "below"
+    title = title_of(error)
+    return (
+        f"{title[0].upper()}{title[1:]} against {' / '.join(costs)}; better is {side} and to the left.{bars} Ringed and "
+        f"joined by the grey line: the Pareto set of the means ({pareto}).{more}"
+    )
+
+
+def _point(view: View, variant: int, cost: str) -> tuple[float, float] | None:
+    found = [view.estimate(variant, metric).mean * view.scale(metric).factor for metric in (cost, str(view.error))]
+    return None if any(math.isnan(value) for value in found) else (found[0], found[1])
+
+
+def _scatter(view: View, axis: Any, panel: Panel) -> None:
+    cost, where, variants = panel
+    colours, markers = colours_of(_axis(view, 0)), markers_of(_axis(view, 1))
+    members = view.pareto(cost, variants)
+    for variant in variants:
+        point = _point(view, variant, cost)
+        if point is None:
+            continue
+        colour = colours.get(_label(view, variant, 0), SOFT)
+        bars = _bars(view, variant, cost)
+        axis.errorbar(*point, xerr=bars[0], yerr=bars[1], fmt=markers.get(_label(view, variant, 1), "o"), color=colour,
+                      ms=5.5, elinewidth=1, capsize=2, zorder=5)  # fmt: skip
+    line = [point for variant in members if (point := _point(view, variant, cost)) is not None]
+    axis.plot(*zip(*line, strict=True), "-", color=SOFT, lw=1, zorder=3)
+    axis.plot(*zip(*line, strict=True), "o", mfc="none", mec=INK, ms=10, mew=1, zorder=6)
+    axis.set_xlabel(title_with(cost, view.scale(cost).unit))
+    if where:
+        axis.set_title(wrap(where, 34))
+
+
+def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
+    """A log axis for a cost that spans decades, in all panels of it alike."""
+    for cost in dict.fromkeys(cost for cost, _, _ in wanted):
+        values = [
+            point[0] for _, _, found in wanted for each in found if (point := _point(view, each, cost)) is not None
+        ]
+        for axis, panel in zip(axes.flat, wanted, strict=False):
+            if panel[0] == cost and spans_decades(values):
+                log_scale(axis.xaxis, values)
+
+
+def _legend(view: View, figure: Figure) -> None:
+    """Below all panels: colours of the first choice, markers of the second."""
+    if all(_all_named(view, variants) for variants in view.settings.values()):
+        return
+    handles = []
+    first, second = _axis(view, 0), _axis(view, 1)
+    for axis, looks in ((first, "colour"), (second, "marker")):
+        if axis is None or len(axis.levels) < 2 or len(axis.levels) > 12:
+            continue
+        handles.append(Line2D([], [], ls="", label=f"{axis.name}:"))
+        for label, look in (colours_of(axis) if looks == "colour" else markers_of(axis)).items():
+            colour, marker = (look, "o") if looks == "colour" else (SOFT, look)
+            handles.append(Line2D([], [], ls="", marker=marker, color=colour, label=shorten(label, 24)))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 8), handletextpad=0.2)
+
+
+def _names(view: View, figure: Figure, axes: Any, wanted: Sequence[Panel]) -> None:
+    """Names beside the points, where colour and marker do not tell them already."""
+    if len(view.choices) == 2:
+        return
+    settle(figure)
+    left_out = [axis.name for axis in view.conditions]
+    for axis, (cost, _, variants) in zip(axes.flat, wanted, strict=False):
+        there = {variant: point for variant in variants if (point := _point(view, variant, cost)) is not None}
+        members = [variant for variant in view.pareto(cost, variants) if variant in there]
+        named = set(there if _all_named(view, variants) else members if len(members) <= MOST_NAMES else ())
+        label_points(
+            axis,
+            [
+                Mark(
+                    *point, *_bars(view, variant, cost), shorten(view.name(variant, left_out), 26) * (variant in named)
+                )
+                for variant, point in there.items()
+            ],
+        )
+
+
+def _all_named(view: View, variants: Sequence[int]) -> bool:
+    return len(view.choices) < 2 and len(variants) <= MOST_NAMES
+
+
+def _bars(view: View, variant: int, cost: str) -> tuple[float, float]:
+    """Half the lengths of a point's bars; 0 where there is no interval."""
+    halves = [view.estimate(variant, name).half * view.scale(name).factor for name in (cost, str(view.error))]
+    x, y = (0.0 if math.isnan(half) else half for half in halves)
+    return x, y
+
+
+def _axis(view: View, place: int) -> Any:
+    return view.choices[place] if place < len(view.choices) else None
+
+
+def _label(view: View, variant: int, place: int) -> str:
+    axis = _axis(view, place)
+    return "" if axis is None else label_of(view.levels(variant)[axis.name])

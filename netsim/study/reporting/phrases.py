@@ -1,0 +1,85 @@
+"""Figures, differences and verdicts in words."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from netsim.study.differences import EQUAL, HIGHER, LOWER, TOO_FEW, UNDECIDED
+from netsim.study.levels import label_of
+from netsim.study.reporting.names import better_of
+from netsim.study.reporting.numbers import decimals_of, interval, percent, signed, with_half
+from netsim.study.reporting.view import View
+from netsim.study.samples import CONFIDENCE
+
+Row = Mapping[str, Any]
+"""A row of the paired differences."""
+
+
+def value_of(view: View, variant: int, metric: str) -> str:
+    """A figure in words: `64.0 ± 2.1 mJ`."""
+    scale, found = view.scale(metric), view.estimate(variant, metric)
+    unit = "" if scale.unit == "byte" else scale.unit  # the title says it
+    return f"{with_half(found.mean, found.half, scale)} {unit}".strip()
+
+
+def decided(row: Row) -> str:
+    """A verdict that stands after Holm's adjustment for all comparisons of the metric: the one that a report gives."""
+    verdict = str(row["verdict"])
+    return UNDECIDED if verdict in (LOWER, HIGHER) and not row["p_holm"] < 1 - CONFIDENCE else verdict
+
+
+def verdict_of(row: Row) -> str:
+    """The verdict in words: whether it is better or worse."""
+    verdict = decided(row)
+    if verdict in (LOWER, HIGHER):
+        better = better_of(row["metric"])
+        return ("better" if better == verdict else "worse") if better else verdict
+    if verdict == EQUAL:
+        return "equal in every pair"
+    return "one pair is too few" if verdict == TOO_FEW else "undecided"
+
+
+def difference_of(view: View, row: Row) -> str:
+    """A paired difference in words: `−12.3 [−15.1, −9.5] mJ, −15 %, better`."""
+    if row["verdict"] == EQUAL:
+        return "equal in every pair"
+    scale = view.scale(row["metric"])
+    low, high = float(row["low"]), float(row["high"])
+    decimals = decimals_of((high - low) / 2 * scale.factor)
+    size = signed(float(row["difference"]) * scale.factor, decimals, digits=2)
+    size += f" {interval(low, high, scale)}" if not math.isnan(low) else ""
+    size += f" {scale.unit}" if scale.unit else ""
+    return ", ".join(filter(None, (size, percent(float(row["relative"])), verdict_of(row))))
+
+
+def relative_range(rows: Iterable[Row]) -> str:
+    """From the least relative difference of some rows to the largest: `−83 % to −77 %`."""
+    shares = [float(row["relative"]) for row in rows if math.isfinite(row["relative"])]
+    ends = [percent(share) for share in (min(shares), max(shares))] if shares else []
+    return " to ".join(dict.fromkeys(ends))
+
+
+def rows_of(view: View, metric: str, levels: Mapping[str, Any]) -> list[Row]:
+    """The paired differences of a metric at given levels of any axes, as far as there are pairs."""
+    if view.differences is None:
+        return []
+    wanted = {axis: label_of(level) for axis, level in levels.items()}
+    rows = view.differences[(view.differences["metric"] == metric) & (view.differences["n"] > 0)].to_dict("records")
+    return [row for row in rows if all(label_of(row[axis]) == label for axis, label in wanted.items())]
+
+
+def chain(names: Sequence[str], most: int = 7) -> str:
+    """Names in an order, the middle of many left out: `a → b → c`."""
+    if len(names) <= most:
+        return " → ".join(names)
+    return " → ".join([*names[: most - 3], "…", *names[-2:]]) + f" ({len(names)} in all)"
+
+
+def bracketed(text: str) -> str:
+    """Text in parentheses if it holds a comma, so that it can stand in a list."""
+    return f"({text})" if "," in text else text
+
+
+def and_list(words: Sequence[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))

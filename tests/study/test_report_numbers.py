@@ -1,0 +1,100 @@
+"""Numbers in a report: digits by their uncertainty, units by their size."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from netsim.study.reporting.numbers import (
+    Scale,
+    decimals_of,
+    interval,
+    number,
+    percent,
+    scale_for,
+    signed,
+    with_half,
+)
+
+PLAIN = Scale()
+
+
+@pytest.mark.parametrize(
+    ("mean", "half", "shown"),
+    [
+        (0.23149, 0.05421, "0.231 ± 0.054"),
+        (1029.31, 12.34, "1029 ± 12"),
+        (1029.31, 123.4, "1029 ± 123"),
+        (7.613487, 0.00055, "7.61349 ± 0.00055"),
+        (5.0, 0.0, "5 ± 0"),
+        (0.23149, math.nan, "0.2315"),
+        (-0.0001, 0.05, "0.000 ± 0.050"),
+        (math.nan, math.nan, "–"),
+    ],
+)
+def test_the_uncertainty_decides_the_digits(mean, half, shown):
+    assert with_half(mean, half, PLAIN).replace("\N{NO-BREAK SPACE}", " ") == shown
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+def test_rounding_hides_less_than_a_twentieth_of_the_uncertainty(mean, half):
+    shown = with_half(mean, half, PLAIN).replace("\N{MINUS SIGN}", "-")
+    told, wide = map(float, shown.split("\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
+    assert abs(told - mean) <= 0.0501 * half
+    assert abs(wide - half) <= 0.0501 * half
+
+
+@given(st.floats(1e-9, 1e9))
+def test_a_joule_is_shown_between_one_and_a_thousand(value):
+    scale = scale_for("J", [value])
+    assert 1 - 1e-9 <= value * scale.factor < 1000 * (1 + 1e-9) or scale.unit == "MJ"
+    assert scale.unit.endswith("J")
+
+
+@pytest.mark.parametrize(
+    ("unit", "values", "shown"),
+    [
+        ("J", [0.064], "mJ"),
+        ("J", [7.6, 7.7], "J"),
+        ("s", [0.003], "ms"),
+        ("s", [4000.0], "s"),
+        ("byte", [3654.0], "byte"),
+        ("byte", [36540.0], "kB"),
+        ("1", [0.2], ""),
+        ("day", [20.0], "days"),
+        ("nat", [0.1], "nat"),
+        ("J", [], "J"),
+        ("J", [0.0, math.nan], "J"),
+    ],
+)
+def test_units(unit, values, shown):
+    assert scale_for(unit, values).unit == shown
+
+
+def test_signs_and_intervals():
+    assert signed(0.0) == "0"
+    assert signed(1.5) == "+1.5"
+    assert signed(-1.5) == "\N{MINUS SIGN}1.5"
+    assert interval(-0.062, 0.011, PLAIN) == "[\N{MINUS SIGN}0.062, 0.011]"
+    assert interval(-0.062, 0.011, Scale(1000.0, "m")) == "[\N{MINUS SIGN}62, 11]"
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"), [(-0.153, "\N{MINUS SIGN}15 %"), (0.0312, "+3.1 %"), (0.0, "0 %"), (0.00013, "+0.013 %")]
+)
+def test_percents_have_two_digits(share, shown):
+    assert percent(share).replace("\N{NO-BREAK SPACE}", " ") == shown
+
+
+def test_no_percent_of_nothing():
+    assert percent(math.nan) == ""
+    assert percent(math.inf) == ""
+
+
+def test_no_number_is_a_dash_and_infinity_a_sign():
+    assert number(None) == "–"
+    assert number(math.inf) == "∞"
+    assert number(-math.inf) == "\N{MINUS SIGN}∞"
+    assert decimals_of(0.0) is None
+    assert decimals_of(math.nan) is None
