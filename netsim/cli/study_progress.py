@@ -44,6 +44,8 @@ class StudyWatch:
 
 def remarks(standing: Standing, wall_s: float) -> str:
     """Failures, rate and remaining time."""
+    if not standing.workers:
+        return "no worker there: waiting for one"
     if not standing.ran:
         return f"{standing.workers} at a time"
     failed = f"{standing.ran_failed} failed, " if standing.ran_failed else ""

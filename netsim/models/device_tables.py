@@ -8,6 +8,7 @@ value is written `{value: 18.8, source: "data sheet, page 9"}`; one recalled or 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
@@ -69,17 +70,19 @@ def load_radio(name_or_path: str, base_dir: Path) -> RadioDevice:
     Raises:
         ScenarioError: If there is neither, or the table is not valid (every finding with its line).
     """
-    return _radio(find_table("radios", name_or_path, base_dir))
+    return _read_once(_radio, find_table("radios", name_or_path, base_dir))
 
 
 def load_cpu(name_or_path: str, base_dir: Path) -> CpuDevice:
     """The CPU of a shipped name, else of the table at a path; arguments and errors as for `load_radio`."""
-    return _cpu(find_table("cpus", name_or_path, base_dir))
+    return _read_once(_cpu, find_table("cpus", name_or_path, base_dir))
 
 
 def load_battery(name_or_path: str, base_dir: Path) -> BatteryDevice:
     """The battery of a shipped name, else of the table at a path; arguments and errors as for `load_radio`."""
-    return MAINS if name_or_path == MAINS.name else _battery(find_table("batteries", name_or_path, base_dir))
+    if name_or_path == MAINS.name:
+        return MAINS
+    return _read_once(_battery, find_table("batteries", name_or_path, base_dir))
 
 
 def load_device(path: Path) -> Device | None:
@@ -117,6 +120,21 @@ def _values(plain: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...]
     elif isinstance(plain, dict):
         for key, below in plain.items():
             yield from _values(below, (*keys, str(key)))
+
+
+def _read_once(make: Callable[[Path], T], path: Path) -> T:
+    """A table is read once in a process, unless its file changes: reading it takes as long as a short run."""
+    try:
+        state = path.stat()
+    except OSError:
+        return make(path)  # which says what is wrong
+    made: T = _read(make, path, state.st_mtime_ns, state.st_size)
+    return made
+
+
+@lru_cache(maxsize=128)
+def _read(make: Callable[[Path], Any], path: Path, modified_ns: int, size_byte: int) -> Any:
+    return make(path)
 
 
 def _radio(path: Path) -> RadioDevice:

@@ -16,7 +16,7 @@ from netsim.metrics.collect import Metrics
 from netsim.reading import dump_yaml
 from netsim.scenario.build import build
 from netsim.scenario.folder import METRICS_FILE, RUN_FILE, SCENARIO_FILE, TRACE_FILE, copy_inputs, discard, write_file
-from netsim.scenario.inputs import Gathering
+from netsim.scenario.inputs import Gathering, Input
 from netsim.scenario.load import LoadedScenario
 from netsim.sim.clock import Clock
 from netsim.sim.simulation import Simulation
@@ -87,8 +87,7 @@ def run(
         InvariantError: If the simulation broke one of its own laws.
     """
     begun_s = time.perf_counter()
-    portable, inputs = Gathering(loaded).gather()
-    resolved = dump_yaml(portable)
+    resolved, inputs = _resolved(loaded) if folder is not None else ("", [])
     metrics = Metrics()
     writer = _writer(loaded, folder, resolved) if trace and folder is not None else None
     try:
@@ -117,6 +116,12 @@ def run(
         folder=folder,
         trace=writer.path if writer is not None else None,
     )
+
+
+def _resolved(loaded: LoadedScenario) -> tuple[str, list[Input]]:
+    """The scenario as it can be run again from a folder, and the files that it needs there."""
+    portable, inputs = Gathering(loaded).gather()
+    return dump_yaml(portable), inputs
 
 
 def _give_up(writer: TraceWriter | None, folder: Path | None, error: BaseException) -> None:

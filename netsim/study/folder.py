@@ -20,8 +20,6 @@ FILES = (
     "differences.csv",
 )
 """Files that a study writes."""
-FOLDERS = (VARIANTS, PLOTS)
-"""Folders that a study writes."""
 
 
 def study_folder(wanted: Path | None, name: str, *, resume: bool, force: bool) -> Path:
@@ -67,9 +65,10 @@ def clear(folder: Path) -> None:
             for path in (folder / name, folder / f"{name}.partial"):
                 if path.name != JOURNAL_FILE:
                     path.unlink(missing_ok=True)
-        for name in FOLDERS:
-            if (folder / name).is_dir():
-                shutil.rmtree(folder / name)
+        if (folder / VARIANTS).is_dir():
+            shutil.rmtree(folder / VARIANTS)
+        for path in (*(folder / PLOTS).glob("*.png"), *(folder / PLOTS).glob("*.svg")):
+            path.unlink()
     except OSError as error:
         message = f"cannot replace the study in {folder}: {error.strerror or error}; choose another folder (--out)"
         raise ScenarioError(message) from error

@@ -1,5 +1,6 @@
 """A study file becomes a plan: every variant's scenario, checked, with all it needs, before anything runs."""
 
+import os
 import platform
 import re
 import shutil
@@ -24,6 +25,8 @@ from netsim.reading import (
     read_document,
 )
 from netsim.scenario.folder import SCENARIO_FILE, copy_inputs, write_file
+from netsim.scenario.inputs import Input
+from netsim.scenario.sources import sources_of
 from netsim.study.axes import combinations, list_of, settings_of
 from netsim.study.findings import study_findings
 from netsim.study.info import (
@@ -32,6 +35,7 @@ from netsim.study.info import (
     VARIANTS,
     AxisInfo,
     PublishedInfo,
+    SourceInfo,
     StudyInfo,
     VariantInfo,
 )
@@ -110,10 +114,15 @@ class Plan:
                 PublishedInfo(each.metric, each.value, each.at, each.standard_error, each.source, each.note)
                 for each in study.published
             ),
-            sources=(),
+            sources=self._sources(),
             command=command,
             versions=versions(),
         )
+
+    def _sources(self) -> tuple[SourceInfo, ...]:
+        """Where the algorithms, models and devices of all variants come from, each once."""
+        found = dict.fromkeys(source for variant in self.variants for source in sources_of(variant.loaded))
+        return tuple(SourceInfo(each.part, each.name, each.citation) for each in found)
 
 
 def load_plan(path: Path | str, overrides: Sequence[str] = (), *, plugins: bool = True) -> Plan:
@@ -192,13 +201,29 @@ def write_plan(plan: Plan, folder: Path, command: str) -> None:
         TraceError: If a file cannot be written.
     """
     _drop_other_variants(plan, folder)
+    copies: dict[Path, Path] = {}
     for variant in plan.variants:
         target = variant_folder(folder, variant.number)
         target.mkdir(parents=True, exist_ok=True)
-        copy_inputs(target, variant.inputs)
+        copy_inputs(target, [each for each in variant.inputs if not _linked(each, target, copies)])
         write_file(target / SCENARIO_FILE, variant.text)
     write_file(folder / STUDY_FILE, dump_yaml(plan.study))
     write_file(folder / INFO_FILE, plan.info(command).to_json())
+
+
+def _linked(given: Input, target: Path, copies: dict[Path, Path]) -> bool:
+    """Many variants refer to one large file: it is copied for the first of them, the others get a link to the copy."""
+    path = target / given.name
+    first = copies.setdefault(given.source.resolve(), path)
+    if first == path:
+        return False
+    try:
+        path.parent.mkdir(exist_ok=True)
+        path.unlink(missing_ok=True)
+        os.link(first, path)
+    except OSError:  # no links on this file system: a copy does as well
+        return False
+    return True
 
 
 def _drop_other_variants(plan: Plan, folder: Path) -> None:

@@ -154,7 +154,7 @@ class Study:
     scenario: Name
     """Scenario file that everything starts from, relative to this file."""
     set: dict[str, Any] = field(default_factory=dict)
-    """Values that differ from the scenario in all variants, by path."""
+    """Values that differ from the scenario in all variants, by path; names of files are relative to the scenario."""
     seed: NonNegativeInt | None = None
     """Seed of all trials; null for the scenario's."""
     repetitions: PositiveInt = 10

@@ -1,15 +1,17 @@
 """The variants of a study: a scenario each, checked, with all it needs."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
 
 from netsim.errors import Finding, ScenarioError
-from netsim.reading import Document, Node, assign, dump_yaml, read_document
+from netsim.reading import Document, Node, assign, dump_yaml, read_document, to_plain
 from netsim.scenario.build import build
 from netsim.scenario.inputs import Gathering, Input
 from netsim.scenario.load import LoadedScenario, inspect_document
+from netsim.scenario.schema import Scenario
 from netsim.study.axes import Combination
 from netsim.study.schema import Level
 
@@ -24,7 +26,7 @@ class Variant:
         loaded: Its scenario, checked.
         text: The scenario resolved, to be run from a folder of its own.
         inputs: Files that this refers to.
-        digest: Of text and inputs.
+        digest: Of what the scenario says, but for its name, description and repetition, and of its inputs.
     """
 
     number: int
@@ -67,7 +69,7 @@ class Variants:
         if missing := [each for each in inputs if not each.source.is_file()]:
             self.findings += _missing(loaded, missing[0], combination)
             return None
-        digest = _digest(dump_yaml(replace(portable, name="-", description="", repetition=0)), inputs)
+        digest = _digest(replace(portable, name="-", description="", repetition=0), inputs)
         return Variant(number, dict(combination.levels), loaded, dump_yaml(portable), tuple(inputs), digest)
 
     def _document(self, combination: Combination) -> tuple[Path, Document]:
@@ -100,8 +102,8 @@ def _about(node: Node, text: str) -> Finding:
     return Finding(node.file, node.line, "scenario", text, "")
 
 
-def _digest(text: str, inputs: Sequence[Input]) -> str:
-    digest = blake2b(text.encode(), digest_size=12)
+def _digest(scenario: Scenario, inputs: Sequence[Input]) -> str:
+    digest = blake2b(json.dumps(to_plain(scenario), sort_keys=True).encode(), digest_size=12)
     for each in sorted(inputs, key=lambda one: one.name):
         digest.update(b"\0" + each.name.encode() + b"\0" + each.source.read_bytes())
     return digest.hexdigest()

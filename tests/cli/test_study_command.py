@@ -264,4 +264,5 @@ def test_remarks_and_durations() -> None:
     standing = Standing(trials=10, done=6, ran=4, ran_failed=1, workers=2, trial_wall_s=40.0)
     assert remarks(standing, 20.0) == "1 failed, 0.2 trials/s, about 20 s left"
     assert remarks(Standing(trials=10, workers=3), 1.0) == "3 at a time"
+    assert remarks(Standing(trials=10, ran=3, workers=0), 1.0) == "no worker there: waiting for one"
     assert [duration(time_s) for time_s in (0.4, 59.4, 200, 7500)] == ["0 s", "59 s", "3 min 20 s", "2 h 5 min"]

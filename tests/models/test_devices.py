@@ -245,3 +245,16 @@ def test_own_table_may_change_a_copy(tmp_path: Path) -> None:
     mine = load_radio("mine.yaml", tmp_path)
     assert mine.power_down_mw == pytest.approx(0.003)
     assert mine == replace(load_radio("cc2420", HERE), power_down_mw=mine.power_down_mw)
+
+
+def test_a_table_that_changes_is_read_again(tmp_path: Path) -> None:
+    text = (SHIPPED_RADIO.parents[1] / "cpus" / "cortex_m4.yaml").read_text()
+    table = tmp_path / "mine.yaml"
+    table.write_text(text)
+    before = load_cpu("mine.yaml", tmp_path)
+    assert load_cpu("mine.yaml", tmp_path) is before
+    table.write_text(text.replace("name: Cortex-M4F at 64 MHz", "name: mine"))
+    assert load_cpu("mine.yaml", tmp_path).name == "mine"
+    table.unlink()
+    with pytest.raises(ScenarioError):
+        load_cpu("mine.yaml", tmp_path)

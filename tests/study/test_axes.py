@@ -1,5 +1,6 @@
 """From axes to combinations: how many, in which order, called what."""
 
+import itertools
 import json
 import math
 
@@ -55,7 +56,7 @@ def test_a_range_with_a_count_has_both_ends_and_equal_distances(start, stop, cou
     assert values[0] == pytest.approx(start, rel=1e-11, abs=1e-300)
     assert values[-1] == pytest.approx(stop, rel=1e-11, abs=1e-300)
     step = (stop - start) / (count - 1)
-    for before, after in zip(values, values[1:], strict=False):
+    for before, after in itertools.pairwise(values):
         assert after - before == pytest.approx(step, abs=1e-9 * max(1.0, abs(start), abs(stop)))
 
 

@@ -8,6 +8,7 @@ from study_rig import QUICKSTART, write_misbehaving, write_study
 
 from netsim.errors import ScenarioError
 from netsim.study.plan import load_plan
+from netsim.study.run import run_study
 
 HEAD = f"""kind: study
 schema_version: 1
@@ -63,6 +64,23 @@ def test_the_digest_covers_files_that_a_scenario_refers_to(tmp_path):
     before = load_plan(file).variants[0].digest
     (tmp_path / "misbehaving.py").write_text((tmp_path / "misbehaving.py").read_text() + "\n# changed\n")
     assert load_plan(file).variants[0].digest != before
+
+
+def test_modules_of_one_name_in_two_folders_are_two_modules(tmp_path):
+    cases = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        write_misbehaving(tmp_path / name, ["none"])
+        module = tmp_path / name / "misbehaving.py"
+        module.write_text(module.read_text().replace("as told", f"told by {name}"))
+        cases.append({"name": name, "scenario": f"{name}/base.yaml", "set": {"algorithm.deed": "raise"}})
+    plan = load_plan(write_study(tmp_path, set={}, sweep=[{"name": "folder", "cases": cases}]))
+    assert len({each.digest for each in plan.variants}) == 2
+    out = tmp_path / "out"
+    out.mkdir()
+    end = run_study(plan, out, "c")
+    told = [f"ValueError('told by {name}')" in outcome.error for name in ("one", "two") for _, outcome in end.failures]
+    assert told == [True, False, True, False, False, True, False, True]
 
 
 def test_overrides_reach_the_study_or_else_its_scenarios(tmp_path):

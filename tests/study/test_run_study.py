@@ -258,6 +258,18 @@ def test_a_changed_input_file_is_another_study(tmp_path):
         pass
 
 
+def test_a_file_that_many_variants_refer_to_is_stored_once(tmp_path):
+    file = write_misbehaving(tmp_path, ["none", "raise", "raise once"])
+    out = tmp_path / "out"
+    out.mkdir()
+    run_study(load_plan(file), out, "c", watch=stop_after(0))
+    copies = [out / "variants" / f"{number:03d}" / "misbehaving.py" for number in range(3)]
+    assert {copy.read_bytes() for copy in copies} == {(tmp_path / "misbehaving.py").read_bytes()}
+    assert len({copy.stat().st_ino for copy in copies}) == 1
+    run_study(load_plan(file), out, "c", resume=True, watch=stop_after(0))
+    assert {copy.read_bytes() for copy in copies} == {(tmp_path / "misbehaving.py").read_bytes()}
+
+
 def test_figures_of_another_netsim_are_told_of(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
