@@ -13,7 +13,7 @@ from netsim.study.reporting.view import View
 STATES, KINDS = "energy_by_state_j.", "energy_by_kind_j."
 NO_KIND = "(none)"
 OTHER = "other"
-MOST_BARS = 24
+MOST_BARS = 36
 MOST_PARTS = 11
 STANDING_COLOUR, OTHER_COLOUR = "#CBD3DC", "#E9EDF1"
 
@@ -63,7 +63,7 @@ def _plot(view: View, means: pd.DataFrame, standing: Sequence[str], stem: str, c
         _stack(axis, table, colours)
         axis.set_title(title)
     axes[0][0].set_yticks(range(len(chosen)), [shorten(view.name(variant)) for variant in chosen])
-    axes[0][0].invert_yaxis()
+    axes[0][0].set_ylim(len(chosen) - 0.4, -0.6)
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
     return Plot(stem, figure, caption, f"Stacked bars of energy by variant, {stem.replace('-', ' ')}")

@@ -1,8 +1,9 @@
 """The energy of each node on the map, a panel a variant, one scale of colours for all of them."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Any
 
 import pandas as pd
@@ -51,13 +52,19 @@ def node_plots(view: View) -> Iterator[Plot]:
 
 
 def _chosen(view: View) -> list[int]:
-    """All variants if they are few, else the Pareto sets, the baseline and those at the start."""
+    """All variants if they are few; else some of each setting, the baseline and the Pareto sets before others."""
     if len(view.variants) <= MOST_PANELS:
         return list(view.variants)
+    rows = zip_longest(*(_by_weight(view, variants) for variants in view.settings.values()))
+    order = [number for row in rows for number in row if number is not None]
+    return sorted(order[:MOST_PANELS])
+
+
+def _by_weight(view: View, variants: Sequence[int]) -> list[int]:
     axis, base = view.info.compare_axis, label_of(view.info.baseline)
-    first = [number for number in view.variants if axis is not None and label_of(view.levels(number)[axis]) == base]
-    members = [each for cost in view.costs for found in view.settings.values() for each in view.pareto(cost, found)]
-    return sorted(list(dict.fromkeys((*members[: MOST_PANELS - 3], *first, *members, *view.variants)))[:MOST_PANELS])
+    first = [number for number in variants if axis is not None and label_of(view.levels(number)[axis]) == base]
+    members = [number for cost in view.costs for number in view.pareto(cost, variants)]
+    return list(dict.fromkeys((*first[:1], *members, *first, *variants)))
 
 
 def _means(nodes: pd.DataFrame, energy: str) -> pd.DataFrame:

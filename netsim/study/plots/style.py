@@ -25,6 +25,8 @@ MARKERS = "osD^vPX*<>"
 INK, SOFT, GRID = "#1c2430", "#5a6675", "#dde2e8"
 WIDTH_IN = 9.0
 """Width of a plot across the page."""
+MOST_ROOM = 2.0
+"""Beyond the outermost means a panel shows intervals as far as this, in ranges of the means."""
 
 RC: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -143,6 +145,22 @@ def log_scale(axis: Any, values: Sequence[float]) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
     axis.set_major_formatter(FuncFormatter(plain_tick))
     axis.set_minor_formatter(NullFormatter())
+
+
+def keep_near(axis: Any, means: Sequence[float], ends: Sequence[float]) -> None:
+    """Keep the points of an axis apart where intervals are far wider than they: bars run out of the panel then.
+
+    Args:
+        axis: `panel.xaxis` or `panel.yaxis`, linear.
+        means: Where the points are.
+        ends: Ends of their intervals.
+    """
+    low, high = min(means), max(means)
+    room = MOST_ROOM * ((high - low) or abs(high) or 1.0)
+    if min(ends) < low - room or max(ends) > high + room:
+        margin = 0.05 * (high - low + 2 * room)
+        bounds = (max(min(ends) - margin, low - room), min(max(ends) + margin, high + room))
+        (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(*bounds)
 
 
 def plain_tick(value: float, _: int | None = None) -> str:

@@ -17,6 +17,7 @@ from netsim.study.plots.style import (
     Plot,
     colours_of,
     grid_of,
+    keep_near,
     log_scale,
     markers_of,
     panels,
@@ -58,7 +59,7 @@ Panel = tuple[str, str, Sequence[int]]
 
 def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
     rows, columns = grid_of(len(wanted))
-    one_cost = len({cost for cost, _, _ in wanted}) == 1
+    one_cost = len({cost for cost, _, _ in wanted}) == 1 and not _apart(view, wanted)
     width = WIDTH_IN if columns > 1 else 0.66 * WIDTH_IN
     figure, axes = panels(rows, columns, 0.5 + 2.9 * rows, width_in=width, sharey=True, sharex=one_cost)
     for place, axis in enumerate(axes.flat):
@@ -89,7 +90,12 @@ def _caption(view: View, wanted: Sequence[Panel]) -> str:
     costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
     count = len(view.settings)
     more = f" The first {MOST_SETTINGS} of {count} settings." if len(costs) == 1 and count > MOST_SETTINGS else ""
-    bars = " Bars are 95 % intervals of the means." if len(view.info.repetitions) > 1 else ""
+    bars = (
+        " Bars are 95 % intervals of the means, cut where they are far wider than the means are apart."
+        if len(view.info.repetitions) > 1
+        else ""
+    )
+    bars += " Costs lie decades apart: each panel has a scale of its own." if _apart(view, wanted) else ""
     side = "above" if better_of(error) == "higher" else "below"
     title = title_of(error)
     return (
@@ -124,17 +130,44 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
 
 
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
-    """A log axis for a cost that spans decades, in all panels of it alike; few ticks on others."""
-    for cost in dict.fromkeys(cost for cost, _, _ in wanted):
-        values = [
-            point[0] for _, _, found in wanted for each in found if (point := _point(view, each, cost)) is not None
-        ]
-        for axis, panel in zip(axes.flat, wanted, strict=False):
-            if panel[0] == cost and spans_decades(values):
-                log_scale(axis.xaxis, values)
-            elif panel[0] == cost:
-                axis.xaxis.set_major_locator(MaxNLocator(4))  # figures that differ late have long labels
-                axis.xaxis.set_major_formatter(FuncFormatter(plain_tick))
+    """The same errors in all panels; the same costs in those of one cost, unless its settings lie decades apart."""
+    marks = [_marks(view, cost, found) for cost, _, found in wanted]
+    for place, axis in enumerate(axes.flat[: len(wanted)]):
+        alike = (
+            [place]
+            if _apart(view, wanted)
+            else [other for other, one in enumerate(wanted) if one[0] == wanted[place][0]]
+        )
+        shown = [mark for other in alike for mark in marks[other]]
+        if shown:
+            _scale_cost(axis, shown)
+    everywhere = [mark for found in marks for mark in found]
+    if everywhere:
+        ends = [mark.y + sign * mark.half_y for mark in everywhere for sign in (-1, 1)]
+        keep_near(axes.flat[0].yaxis, [mark.y for mark in everywhere], ends)
+
+
+def _apart(view: View, wanted: Sequence[Panel]) -> bool:
+    """Whether all panels show one cost, at settings that lie decades apart."""
+    if len({cost for cost, _, _ in wanted}) > 1 or len(wanted) < 2:
+        return False
+    return spans_decades([mark.x for cost, _, found in wanted for mark in _marks(view, cost, found)])
+
+
+def _scale_cost(axis: Any, marks: Sequence[Mark]) -> None:
+    values = [mark.x for mark in marks]
+    if spans_decades(values):
+        log_scale(axis.xaxis, values)
+        return
+    keep_near(axis.xaxis, values, [mark.x + sign * mark.half_x for mark in marks for sign in (-1, 1)])
+    axis.xaxis.set_major_locator(MaxNLocator(4))  # figures that differ late have long labels
+    axis.xaxis.set_major_formatter(FuncFormatter(plain_tick))
+
+
+def _marks(view: View, cost: str, variants: Sequence[int]) -> list[Mark]:
+    """The points of a panel with their bars."""
+    points = {variant: _point(view, variant, cost) for variant in variants}
+    return [Mark(*point, *_bars(view, variant, cost)) for variant, point in points.items() if point is not None]
 
 
 def _legend(view: View, figure: Figure) -> None:

@@ -9,7 +9,18 @@ from matplotlib.lines import Line2D
 
 from netsim.study.info import AxisInfo
 from netsim.study.levels import label_of
-from netsim.study.plots.style import PALETTE, SOFT, Plot, colours_of, grid_of, log_scale, panels, shorten, spans_decades
+from netsim.study.plots.style import (
+    PALETTE,
+    SOFT,
+    Plot,
+    colours_of,
+    grid_of,
+    keep_near,
+    log_scale,
+    panels,
+    shorten,
+    spans_decades,
+)
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import is_ordered, title_with
 from netsim.study.reporting.view import View
@@ -104,6 +115,12 @@ def _finish(view: View, panel: Any, metric: str, axis: AxisInfo) -> None:
     if spans_decades(known):
         log_scale(panel.yaxis, known)
         panel.set_ylim(bottom=min(known) / 2)
+    elif known:
+        found = [view.estimate(number, metric) for number in view.variants]
+        ends = [
+            end * view.scale(metric).factor for each in found for end in (each.low, each.high) if not math.isnan(end)
+        ]
+        keep_near(panel.yaxis, known, ends or known)
     panel.set_title(title_with(metric, view.scale(metric).unit))
     panel.set_xlabel(axis.name)
     panel.tick_params(labelbottom=True)

@@ -21,7 +21,7 @@ from netsim.study.reporting.phrases import (
 from netsim.study.reporting.view import View
 from netsim.study.statistics import verdicts
 
-MOST_SETTINGS = 4
+MOST_SETTINGS = 6
 """With more settings of the conditions, the extremes of each are left to the tables."""
 MOST_SENTENCES = 4
 """So many levels of the compare axis get a sentence."""
@@ -49,6 +49,9 @@ def _in_words(view: View) -> Iterator[str]:
             name = plain(level_name(axis, row["level"]))
             levels.setdefault(name, {}).setdefault(_overall(metric, row), []).append(title_of(metric))
     for name, found in list(levels.items())[:MOST_SENTENCES]:
+        if len(found) == 1 and len(view.compared) > 1:
+            yield f"**{name}** against {plain(level_name(axis, view.info.baseline))}: {next(iter(found))} in every metric."
+            continue
         said = "; ".join(f"{overall} in {and_list(titles)}" for overall, titles in sorted(found.items(), key=_order))
         yield f"**{name}** against {plain(level_name(axis, view.info.baseline))}: {said}."
 
