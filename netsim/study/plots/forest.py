@@ -77,7 +77,7 @@ def lifetime_plots(view: View) -> Iterator[Plot]:
         found = [view.estimate(number, name) for number in variants]
         y = np.arange(len(variants)) + 0.16 * (place - (len(there) - 1) / 2)
         half = [0.0 if math.isnan(each.half) else each.half for each in found]
-        panel.errorbar([each.mean for each in found], y, xerr=half, fmt="osD^"[place], ms=5.5, color=PALETTE[place], lw=0,
+        panel.errorbar([each.mean for each in found], y, xerr=half, fmt="osD^"[place], ms=4.5, color=PALETTE[place], lw=0,
                        elinewidth=1.2, capsize=2, label=title_of(name).removeprefix("lifetime to "))  # fmt: skip
     if spans_decades([value for value in values if not math.isnan(value)]):
         log_scale(panel.xaxis, [value for value in values if not math.isnan(value)])

@@ -25,7 +25,7 @@ MARKERS = "osD^vPX*<>"
 INK, SOFT, GRID = "#1c2430", "#5a6675", "#dde2e8"
 WIDTH_IN = 9.0
 """Width of a plot across the page."""
-MOST_ROOM = 2.0
+MOST_ROOM = 3.0
 """Beyond the outermost means a panel shows intervals as far as this, in ranges of the means."""
 
 RC: Mapping[str, Any] = {

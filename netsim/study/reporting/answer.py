@@ -23,6 +23,8 @@ from netsim.study.statistics import verdicts
 
 MOST_SETTINGS = 6
 """With more settings of the conditions, the extremes of each are left to the tables."""
+MOST_NAMES = 4
+"""So many variants that are alike are named."""
 MOST_SENTENCES = 4
 """So many levels of the compare axis get a sentence."""
 MOST_LEVELS = 12
@@ -192,8 +194,9 @@ def _best(view: View, metric: str, variants: Sequence[int]) -> list[int]:
 
 def _names(view: View, variants: Sequence[int]) -> str:
     left_out = [axis.name for axis in view.conditions]
-    names = [f"**{plain(view.name(variant, left_out))}**" for variant in variants[:3]]
-    more = [f"{len(variants) - 3} more"] if len(variants) > 3 else []
+    names = [f"**{plain(view.name(variant, left_out))}**" for variant in variants[:MOST_NAMES]]
+    left = len(variants) - MOST_NAMES
+    more = [f"{left} more"] if left > 0 else []
     return and_list([*names, *more]) + (" alike" if len(variants) > 1 else "")
 
 

@@ -13,6 +13,9 @@ from netsim.study.reporting.phrases import and_list
 from netsim.study.reporting.view import View
 from netsim.study.statistics import flips
 
+OWN = "netsim's own"
+"""What stands for a citation where there is none."""
+
 Pictures = Mapping[str, Sequence[Picture]]
 """The plots by topic: tradeoff, trend, differences, energy, nodes, lifetime, published."""
 
@@ -94,7 +97,12 @@ def _published(view: View, pictures: Pictures) -> tuple[Block, ...]:
 
 
 def _sources(view: View) -> tuple[Block, ...]:
-    items = [f"{plain(each.part)} {code(each.name)}: {plain(each.citation)}" for each in view.info.sources]
+    sources = view.info.sources
+    items = [
+        f"{plain(each.part)} {code(each.name)}: {plain(each.citation)}" for each in sources if each.citation != OWN
+    ]
+    own = [f"{plain(each.part)} {code(each.name)}" for each in sources if each.citation == OWN]
+    items += [f"{OWN}: {and_list(own)}"] if own else []
     items += [f"metric {code(name)}: {plain(source)}" for name in view.shown if (source := _paper(name))]
     items += list(dict.fromkeys(f"published figures: {plain(each.source)}" for each in view.info.published))
     return (Bullets(tuple(items)),) if items else ()
