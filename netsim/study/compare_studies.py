@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from netsim.errors import ScenarioError
-from netsim.reading import parse
+from netsim.reading import parse, to_plain, validate
 from netsim.study.cells import Cell, cells_of, figures_of
 from netsim.study.compare import in_order, unit_of
 from netsim.study.differences import EQUAL, Difference, paired, unpaired
@@ -21,6 +21,7 @@ from netsim.study.gate import Gate, Judgement
 from netsim.study.info import STUDY_FILE
 from netsim.study.levels import words
 from netsim.study.results import HEAD, TAIL, StudyResults, load_study
+from netsim.study.schema import Study
 from netsim.study.settings import Setting, differing
 
 _OVERALL = 0
@@ -124,9 +125,10 @@ def compare_studies(paths: Sequence[Path]) -> StudyComparison:
 
 
 def _study_file(study: StudyResults) -> Any:
+    """What was asked, defaults filled in."""
     path = study.folder / STUDY_FILE
     try:
-        return parse(path.read_text(encoding="utf-8"), str(path)).plain()
+        return to_plain(validate(parse(path.read_text(encoding="utf-8"), str(path)), Study))
     except OSError as error:
         message = f"{path}: expected the file of the study: {error.strerror or error}"
         raise ScenarioError(message) from error

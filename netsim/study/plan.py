@@ -207,7 +207,7 @@ def write_plan(plan: Plan, folder: Path, command: str) -> None:
         target.mkdir(parents=True, exist_ok=True)
         copy_inputs(target, [each for each in variant.inputs if not _linked(each, target, copies)])
         write_file(target / SCENARIO_FILE, variant.text)
-    write_file(folder / STUDY_FILE, dump_yaml(plan.study))
+    write_file(folder / STUDY_FILE, dump_yaml(plan.document.plain()))
     write_file(folder / INFO_FILE, plan.info(command).to_json())
 
 
