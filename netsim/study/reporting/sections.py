@@ -7,7 +7,7 @@ from netsim.metrics.catalogue import metric_of
 from netsim.study.info import STUDY_FILE
 from netsim.study.reporting import tables
 from netsim.study.reporting.answer import answer
-from netsim.study.reporting.blocks import Block, Bullets, Code, Page, Picture, Section, Text, code, plain
+from netsim.study.reporting.blocks import Block, Bullets, Code, Page, Picture, Section, Text, code, plain, prose
 from netsim.study.reporting.names import title_of
 from netsim.study.reporting.phrases import and_list
 from netsim.study.reporting.view import View
@@ -55,7 +55,7 @@ def _blocks(*blocks: Block | None) -> tuple[Block, ...]:
 
 def _intro(view: View) -> Iterator[Block]:
     if view.info.description.strip():
-        yield Text(plain(view.info.description))
+        yield Text(prose(view.info.description))
     yield Text(_trials(view))
 
 

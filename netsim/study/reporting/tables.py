@@ -17,6 +17,8 @@ from netsim.study.statistics import published_table, variant_differences
 
 METRICS_A_TABLE = 5
 """So many metrics stand side by side, and fit on a page."""
+DIFFERENCES_A_TABLE = 4
+"""Likewise, paired differences, which are longer."""
 MOST_ROWS = 60
 """So many variants are listed."""
 MOST_DIFFERENCES = 48
@@ -32,16 +34,16 @@ def result_tables(view: View) -> Iterator[Table]:
 
 def difference_tables(view: View) -> Iterator[Table]:
     """Paired differences against the baseline of error and costs, a few metrics a table."""
-    parts = _parts(view.compared)
+    parts = _parts(view.compared, DIFFERENCES_A_TABLE)
     for place, metrics in enumerate(parts):
         table = _difference_table(view, metrics, is_last=place == len(parts) - 1)
         if table is not None:
             yield table
 
 
-def _parts(metrics: Sequence[str]) -> list[Sequence[str]]:
+def _parts(metrics: Sequence[str], most: int = METRICS_A_TABLE) -> list[Sequence[str]]:
     """Metrics in lots of about one size, small enough for a table."""
-    count = math.ceil(len(metrics) / METRICS_A_TABLE)
+    count = math.ceil(len(metrics) / most)
     size = math.ceil(len(metrics) / count) if count else 1
     return [metrics[first : first + size] for first in range(0, len(metrics), size)]
 
