@@ -12,8 +12,9 @@ computing all outgoing messages. Not charged: building the vertices and their co
 divergences by which the rule selects, encoding and decoding, the decisions and beliefs that are only recorded.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -61,13 +62,18 @@ def decode_entries(payload: bytes, width: Precision) -> list[tuple[int, int, int
 
 @dataclass(slots=True)
 class Hosted:
-    """What a node keeps of the vertices it hosts: the vertices, their memory, the last messages received."""
+    """What a node keeps of the vertices it hosts: the vertices, their memory, the last messages received.
+
+    `fresh` are the messages taken since the last send: what is sent next answers them, and so does what of it is sent again.
+    `taken` counts all messages taken.
+    """
 
     hosting: Hosting
     senders: Mapping[int, VertexSender]
     incoming: Mapping[int, dict[int, FloatArray]]
     newest: dict[tuple[int, int], int]
-    early: list[tuple[int, int, int, FloatArray]]
+    fresh: list[Message]
+    taken: int = 0
 
     @classmethod
     def of(cls, hosting: Hosting, rule: CommunicationRule) -> "Hosted":
@@ -91,6 +97,15 @@ class Hosted:
             self.newest[source, destination] = number
             self.incoming[destination][source] = message
         return True
+
+    def causes_again(self, answered: Sequence[Message] | None) -> Sequence[Message] | None:
+        """What a message names as its causes when it is sent again: those of the first time, not what came meanwhile.
+
+        Args:
+            answered: The messages taken before it was sent; None for a start message, which answers the measurements. The
+                node knows these itself until something else is taken; then such a message names none.
+        """
+        return () if answered is None and self.taken else answered
 
     @property
     def operations(self) -> int:
@@ -149,7 +164,7 @@ class MessagePassing:
                 message = yield from node.receive(kinds={BELIEF}, timeout_ns=end_ns - node.now_ns)
                 if message is None:
                     break
-                self._take(node, hosted, message, None)
+                self._take(node, hosted, message)
             yield from node.pause(s_to_ns(self._parameters.hold_s))
             yield from self._collect(node, hosted, None)
             number += 1
@@ -187,12 +202,22 @@ class MessagePassing:
             hosted.accept((number & LAST_ROUND, source, destination, message))
         if by_host:
             yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
+            answered, hosted.fresh = (hosted.fresh if number > 0 else None), []
             for host, entries in sorted(by_host.items()):
                 payload = encode_entries(number, entries, self._parameters.payload)
-                node.spawn(self._post(node, host, payload, node.send(host, BELIEF, payload)))
+                ticket = node.send(host, BELIEF, payload)
+                node.spawn(self._post(node, hosted, host, payload, ticket, answered))
         return any(outputs[source].largest_change > SETTLED for source, _, _ in local)
 
-    def _post(self, node: NodeHandle, host: int, payload: bytes, ticket: Ticket) -> Op[None]:
+    def _post(
+        self,
+        node: NodeHandle,
+        hosted: Hosted,
+        host: int,
+        payload: bytes,
+        ticket: Ticket,
+        answered: Sequence[Message] | None,
+    ) -> Op[None]:
         """See a message off: send it again if the link layer gives it up and its round is not over yet."""
         last_ns = node.now_ns + s_to_ns(self._parameters.round_s - self._parameters.spread_s)
         for _ in range(self._parameters.resend):
@@ -203,26 +228,20 @@ class MessagePassing:
             if node.now_ns + wait_ns > last_ns:
                 return
             yield from node.pause(wait_ns)
-            ticket = node.send(host, BELIEF, payload)
+            ticket = node.send(host, BELIEF, payload, causes=hosted.causes_again(answered))
 
     def _collect(self, node: NodeHandle, hosted: Hosted, number: int | None) -> Op[None]:
-        """Take everything that has arrived; what belongs to this round or a later one waits for its turn."""
-        early, hosted.early = hosted.early, []
-        for entry in early:
-            self._place(hosted, entry, number)
-        while (message := (yield from node.receive(kinds={BELIEF}, timeout_ns=0))) is not None:
-            self._take(node, hosted, message, number)
+        """Take everything that has arrived; what belongs to this round or a later one stays in the inbox until its turn."""
+        due = None if number is None else partial(_is_due, number)
+        while (message := (yield from node.receive(kinds={BELIEF}, match=due, timeout_ns=0))) is not None:
+            self._take(node, hosted, message)
 
-    def _take(self, node: NodeHandle, hosted: Hosted, message: Message, number: int | None) -> None:
+    def _take(self, node: NodeHandle, hosted: Hosted, message: Message) -> None:
+        hosted.fresh.append(message)
+        hosted.taken += 1
         for entry in decode_entries(message.payload, self._parameters.payload):
-            if not self._place(hosted, entry, number):
+            if not hosted.accept(entry):
                 node.log(f"message from vertex {entry[1]} to {entry[2]} does not fit and is left out")
-
-    def _place(self, hosted: Hosted, entry: tuple[int, int, int, FloatArray], number: int | None) -> bool:
-        if number is not None and entry[0] >= number:
-            hosted.early.append(entry)
-            return True
-        return hosted.accept(entry)
 
     def _count(
         self, node: NodeHandle, hosted: Hosted, number: int, outputs: Mapping[int, RoundOutput], late_ns: int
@@ -264,3 +283,8 @@ class MessagePassing:
         if self._semiring is Semiring.SUM and vertex.measurement_count:
             belief = np.exp(vertex.belief(incoming, self._semiring))
             node.record(Marginals(node.id, vertex.id, belief, self._parameters.rounds, 0))
+
+
+def _is_due(number: int, message: Message) -> bool:
+    """Whether a message belongs to a round before this one; all its entries are of one round."""
+    return not message.payload or int(_ENTRY.unpack(message.payload, 0)[0]) < number

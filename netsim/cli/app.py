@@ -194,16 +194,83 @@ def inspect(
     nodes: Annotated[
         str | None, typer.Option(help="Node ids or names to look at, separated by commas; by default all.")
     ] = None,
-    top: Annotated[int, typer.Option(help="Show so many of the pairs that talked most.", min=1)] = 20,
+    timeline: Annotated[str | None, typer.Option(metavar="NODE", help="The time line of this node instead.")] = None,
+    start: Annotated[float | None, typer.Option(help="Time line: from here (simulated seconds).", min=0)] = None,
+    end: Annotated[float | None, typer.Option(help="Time line: up to here (simulated seconds).", min=0)] = None,
+    kinds: Annotated[str | None, typer.Option(help="Time line: messages of these kinds, separated by commas.")] = None,
+    frames: Annotated[bool, typer.Option("--frames", help="Time line: frames too.")] = False,
+    message: Annotated[
+        int | None, typer.Option(metavar="ID", help="One message instead: its frames, its causal chain.", min=1)
+    ] = None,
+    why: Annotated[
+        str | None, typer.Option(metavar="NODE", help="Why this node spoke, with --round or --at; or that it did not.")
+    ] = None,
+    round_number: Annotated[int | None, typer.Option("--round", help="Of --why: in this round.", min=0)] = None,
+    at: Annotated[float | None, typer.Option(help="Of --why: at this instant (simulated seconds).", min=0)] = None,
+    depth: Annotated[int, typer.Option(help="Follow a causal chain back over so many receptions.", min=1)] = 4,
+    top: Annotated[
+        int | None,
+        typer.Option(help="Show so many lines; by default 20 pairs that talked, else 200.", min=1, show_default=False),
+    ] = None,
     debug: Debug = False,
 ) -> None:
-    """Say what a run came to, where its energy went, and who talked to whom.
+    """Say what a run came to, where its energy went, who talked to whom; or why a node spoke.
 
-    With --nodes: where the energy of these nodes went, and with whom they talked.
+    With --nodes: where the energy of these nodes went, and with whom they talked. With --timeline: all that one node did
+    and that befell it. With --message: what became of a message, which receptions led to it and what it led to. With
+    --why: what a node had received when it spoke in a round after silence.
     """
-    from netsim.cli.inspect import inspect_command
+    from netsim.cli.questions import Question, ask
 
-    inspect_command(trace, nodes, top)
+    ask(
+        trace,
+        Question(
+            nodes=nodes,
+            timeline=timeline,
+            start_s=start,
+            end_s=end,
+            kinds=kinds,
+            frames=frames,
+            message=message,
+            why=why,
+            round=round_number,
+            at_s=at,
+            depth=depth,
+            top=top,
+        ),
+    )
+
+
+@app.command()
+def compare(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(help="Folders of runs, or their traces; or folders of studies.", show_default=False),
+    ],
+    everything: Annotated[bool, typer.Option("--all", help="Show every metric, not only the headline ones.")] = False,
+    fail_if: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fail-if",
+            metavar="EXPRESSION",
+            help="End with status 1 if this holds, as in --fail-if 'error_rel > 0.02'. May be repeated.",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the whole comparison as JSON.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Put runs side by side, each against the first: figures, scenarios, versions, and where their traces part.
+
+    Of studies: variants of the same levels, with the paired difference and its 95 % interval where the studies share seed
+    and repetitions.
+
+    In --fail-if a metric's name (see metrics.json) is its value in the later run, NAME_first that in the first run,
+    NAME_diff the difference and NAME_rel the relative one; `error` stands for the error of the problem. Join comparisons
+    by and, or, not.
+    """
+    from netsim.cli.compare import compare_command
+
+    compare_command(runs, list(fail_if or []), everything=everything, as_json=as_json)
 
 
 @app.command()

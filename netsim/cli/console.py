@@ -7,9 +7,12 @@ import sys
 
 from rich.console import Console
 from rich.table import Table
+from rich.tree import Tree
 
 WIDTH_ELSEWHERE = 100
 """Width of tables that go into a file or a pipe."""
+WIDTH_UNWRAPPED = 10_000
+"""More than any line of a tree or of a table of figures takes."""
 
 err = Console(stderr=True, highlight=False)
 
@@ -29,9 +32,14 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def show(table: Table) -> None:
-    """A table of results."""
-    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_ELSEWHERE).print(table)
+def show(table: Table, elsewhere: int = WIDTH_ELSEWHERE) -> None:
+    """A table of results; `elsewhere` is its greatest width in a file or a pipe."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else elsewhere).print(table)
+
+
+def show_tree(tree: Tree) -> None:
+    """A tree of results; in a file or a pipe its lines are not wrapped, so that each stays one."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_UNWRAPPED).print(tree)
 
 
 def is_terminal() -> bool:

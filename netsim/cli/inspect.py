@@ -3,16 +3,14 @@
 import json
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
-
-from rich import box
-from rich.table import Table
 
 from netsim.cli.console import say, show
 from netsim.cli.replay import trace_file
 from netsim.cli.summary import figures_table
+from netsim.cli.tables import plain_table
 from netsim.errors import TraceError
 from netsim.metrics.collect import metrics_of
 from netsim.metrics.conversations import Conversation, Conversations
@@ -68,7 +66,7 @@ def _show_ledger(ledger: EnergyLedger | None, chosen: Collection[int] | None) ->
             energy_j[device, state, kind].append(float(joules))
             time_s[device, state, kind].append(float(seconds))
     total_j = math.fsum(joules for row in energy_j.values() for joules in row)
-    table = _table("Where the energy went", ("device", "state", "for message kind"), ("J", "share", "s"))
+    table = plain_table("Where the energy went", ("device", "state", "for message kind"), ("J", "share", "s"))
     for key in sorted(energy_j, key=lambda key: (-math.fsum(energy_j[key]), key)):
         joules = math.fsum(energy_j[key])
         share = f"{100 * joules / total_j:.2f} %" if total_j else "-"
@@ -82,7 +80,9 @@ def _show_conversations(
 ) -> None:
     mine = [pair for pair in found if chosen is None or not {*pair}.isdisjoint(chosen)]
     busiest = sorted(mine, key=lambda pair: (-found[pair].frames, pair))
-    table = _table("Who talked to whom", ("from", "to"), ("data frames", "retries", "bytes", "received", "lost to"))
+    table = plain_table(
+        "Who talked to whom", ("from", "to"), ("data frames", "retries", "bytes", "received", "lost to")
+    )
     for pair in busiest[:top]:
         table.add_row(*(_name(node, names) for node in pair), *_cells(found[pair], pair[1] == BROADCAST))
     show(table)
@@ -102,12 +102,3 @@ def _cells(conversation: Conversation, is_broadcast: bool) -> Iterator[str]:
     yield f"{100 * conversation.outcomes['received'] / conversation.frames:.1f} %"
     lost = [(outcome, count) for outcome, count in conversation.outcomes.most_common() if outcome != "received"]
     yield ", ".join(f"{count:,} {outcome}" for outcome, count in lost)
-
-
-def _table(title: str, words: Iterable[str], numbers: Iterable[str]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
-    for word in words:
-        table.add_column(word)
-    for number in numbers:
-        table.add_column(number, justify="right")
-    return table

@@ -56,8 +56,13 @@ class Metrics:
 def metrics_of(events: Iterable[tuple[int, Event]]) -> dict[str, Any]:
     """The metrics of a recorded run, from its (time in ns, event) pairs: the same figures as those of the run itself."""
     metrics = Metrics()
+    replay(events, metrics.observers)
+    return metrics.figures()
+
+
+def replay(events: Iterable[tuple[int, Event]], observers: Iterable[Observer]) -> None:
+    """Hand recorded events to observers as a run would: (time in ns, event) pairs in order."""
     time_ns = [0]  # of the event being handed over
-    recorder = Recorder(lambda: time_ns[0], metrics.observers)
+    recorder = Recorder(lambda: time_ns[0], observers)
     for time_ns[0], event in events:
         recorder.record(event)
-    return metrics.figures()

@@ -111,8 +111,13 @@ def outcome_at_addressee(frame: Frame) -> str:
     Returns:
         One of `netsim.trace.events.OUTCOMES`, or `out_of_reach`: so weak there that the medium did not decide about it.
     """
-    for node, outcome in zip(frame.rx_node, frame.rx_outcome, strict=True):
-        if node == frame.destination:
+    return outcome_at(frame, frame.destination)
+
+
+def outcome_at(frame: Frame, node: int) -> str:
+    """What became of a frame at a node; `out_of_reach` where the medium did not decide or the trace does not tell it."""
+    for listener, outcome in zip(frame.rx_node, frame.rx_outcome, strict=True):
+        if listener == node:
             return OUTCOMES[outcome]
     return "out_of_reach"
 

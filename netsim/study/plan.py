@@ -26,6 +26,7 @@ from netsim.reading import (
 )
 from netsim.scenario.folder import SCENARIO_FILE, copy_inputs, write_file
 from netsim.scenario.inputs import Input
+from netsim.scenario.sources import sources_of
 from netsim.study.axes import combinations, list_of, settings_of
 from netsim.study.findings import study_findings
 from netsim.study.info import (
@@ -34,6 +35,7 @@ from netsim.study.info import (
     VARIANTS,
     AxisInfo,
     PublishedInfo,
+    SourceInfo,
     StudyInfo,
     VariantInfo,
 )
@@ -112,10 +114,15 @@ class Plan:
                 PublishedInfo(each.metric, each.value, each.at, each.standard_error, each.source, each.note)
                 for each in study.published
             ),
-            sources=(),
+            sources=self._sources(),
             command=command,
             versions=versions(),
         )
+
+    def _sources(self) -> tuple[SourceInfo, ...]:
+        """Where the algorithms, models and devices of all variants come from, each once."""
+        found = dict.fromkeys(source for variant in self.variants for source in sources_of(variant.loaded))
+        return tuple(SourceInfo(each.part, each.name, each.citation) for each in found)
 
 
 def load_plan(path: Path | str, overrides: Sequence[str] = (), *, plugins: bool = True) -> Plan:

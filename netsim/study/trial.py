@@ -13,8 +13,10 @@ from typing import Any, Literal
 from netsim import __version__
 from netsim.errors import NetsimError, TraceError
 from netsim.metrics.energy import STANDING
+from netsim.metrics.reach import Reach
 from netsim.scenario.folder import SCENARIO_FILE
 from netsim.scenario.load import LoadedScenario, load
+from netsim.scenario.outlook import lifetime_figures
 from netsim.scenario.run import Result, run
 from netsim.trace.events import EnergyLedger, Event, NodeTable
 from netsim.trace.recorder import Handler
@@ -113,8 +115,12 @@ def _run(task: Task) -> tuple[Result, dict[str, list[Any]]]:
         message = f"its worker has netsim {__version__}, the study netsim {task.netsim_version}: install the same"
         raise NetsimError(message)
     loaded = _variant(_Source(task.digest, task.folder if not task.files else "", task.files)).loaded
-    notes = NodeNotes()
-    result = run(replace(loaded, scenario=replace(loaded.scenario, repetition=task.repetition)), observers=[notes])
+    loaded = replace(loaded, scenario=replace(loaded.scenario, repetition=task.repetition))
+    notes, reach = NodeNotes(), Reach()
+    result = run(loaded, observers=[notes, reach])
+    if not result.failures:
+        days = lifetime_figures(loaded, result.metrics, reach.links, reach.hosts)
+        result = replace(result, metrics={**result.metrics, **days})
     nodes = notes.columns(result.metrics)
     json.dumps([result.metrics, nodes], allow_nan=False)  # what cannot be written down is a failure of this trial
     return result, nodes

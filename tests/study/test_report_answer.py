@@ -83,6 +83,16 @@ def test_the_table_of_differences_is_the_mean_within_repetitions(tmp_path):
     assert cell.startswith(f"**+{apart.mean():.4f} ± {half:.4f}**")
 
 
+def test_differences_stand_under_their_own_metric_whatever_the_order_asked_for(tmp_path):
+    asked = {"metrics": ("nodes_finished", "energy_j"), "costs": ("energy_j", "nodes_finished")}
+    written(tmp_path, {"algorithm": ["A", "B"], "mac": ["x"]}, 12, planted({"x": 0.05}), **asked)
+    table = next(iter(difference_tables(view_of(load_study(tmp_path)))))
+    row = dict(zip(table.header, table.rows[0], strict=True))
+    assert row["association error"].startswith("**+0.0")
+    assert row["energy (J)"].startswith("**\N{MINUS SIGN}1.0")
+    assert [cell for title, cell in row.items() if "finished" in title] == ["equal"]
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_the_pareto_set_is_that_of_a_search_by_hand(tmp_path, seed):
     points = np.random.default_rng(seed).integers(0, 6, size=(9, 2)).astype(float)

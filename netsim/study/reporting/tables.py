@@ -177,12 +177,12 @@ def _difference_table(view: View, metrics: Sequence[str], *, is_last: bool) -> T
     if view.differences is None or axis is None:
         return None
     others = [name for name in view.info.axis_names if name != axis]
-    cells: dict[tuple[str, ...], list[str]] = {}
+    cells: dict[tuple[str, ...], dict[str, str]] = {}
     for row in view.differences.to_dict("records"):
         if row["metric"] in metrics:
             key = (*(plain(label_of(row[name])) for name in others), plain(label_of(row[axis])))
-            cells.setdefault(key, []).append(_difference(view, row))
-    rows = tuple((*key, *found) for key, found in cells.items())
+            cells.setdefault(key, {})[row["metric"]] = _difference(view, row)
+    rows = tuple((*key, *(found.get(metric, "–") for metric in metrics)) for key, found in cells.items())
     header = (*map(plain, [*others, axis]), *(title_with(metric, view.scale(metric).unit) for metric in metrics))
     base = f"{plain(axis)} {plain(label_of(view.info.baseline))}"
     caption = (

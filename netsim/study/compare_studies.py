@@ -1,0 +1,220 @@
+"""Studies side by side: variants of the same levels against each other, each study against the first.
+
+Two studies of the same seed and repetitions see the same targets, noise and shadowing, so that their trials are pairs and
+the difference is taken within pairs (common random numbers); else as between independent samples (see
+`netsim.study.differences`).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from netsim.errors import ScenarioError
+from netsim.reading import parse
+from netsim.study.cells import Cell, cells_of, figures_of
+from netsim.study.compare import in_order, unit_of
+from netsim.study.differences import EQUAL, Difference, paired, unpaired
+from netsim.study.gate import Gate, Judgement
+from netsim.study.info import STUDY_FILE
+from netsim.study.levels import words
+from netsim.study.results import HEAD, TAIL, StudyResults, load_study
+from netsim.study.settings import Setting, differing
+
+_OVERALL = 0
+"""Number of the one cell of a table of means over variants."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A metric of a variant, or over all variants, in two studies.
+
+    Attributes:
+        metric: Its name.
+        unit: Its unit; empty if it is not known.
+        difference: How much higher it is in the later study.
+    """
+
+    metric: str
+    unit: str
+    difference: Difference
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether every pair has the same figure."""
+        apart = self.difference
+        return apart.verdict == EQUAL
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no trial has a figure."""
+        return not (self.difference.n or self.difference.n_baseline)
+
+
+@dataclass(frozen=True)
+class Match:
+    """A study held against the first.
+
+    Attributes:
+        name: Its folder as it was given.
+        is_paired: Whether the differences are those within pairs.
+        changed: Of how many variants that both have the scenarios differ.
+        overall: Each metric over all variants that both have, each variant weighing the same.
+        variants: Each metric of each of these, by levels in words.
+        lonely: Levels of variants that only one of the two has.
+    """
+
+    name: str
+    is_paired: bool
+    changed: int
+    overall: list[Line]
+    variants: Mapping[str, list[Line]]
+    lonely: list[str]
+
+    def judge(self, gate: Gate) -> Judgement:
+        """What a gate says of the means over all variants.
+
+        Raises:
+            ScenarioError: See `Gate.judge`.
+        """
+        later = {line.metric: line.difference.mean for line in self.overall}
+        return gate.judge(later, {line.metric: line.difference.baseline_mean for line in self.overall})
+
+
+@dataclass(frozen=True)
+class StudyComparison:
+    """Studies side by side.
+
+    Attributes:
+        names: The studies' folders as they were given.
+        settings: In what the study files differ.
+        versions: In what versions they differ.
+        matches: Every study but the first, against it.
+    """
+
+    names: tuple[str, ...]
+    settings: list[Setting]
+    versions: list[Setting]
+    matches: tuple[Match, ...]
+
+    def judge(self, gates: Sequence[Gate]) -> list[tuple[str, Judgement]]:
+        """What gates say of every study but the first.
+
+        Raises:
+            ScenarioError: See `Gate.judge`.
+        """
+        return [(match.name, match.judge(gate)) for match in self.matches for gate in gates]
+
+
+def compare_studies(paths: Sequence[Path]) -> StudyComparison:
+    """Put studies side by side.
+
+    Raises:
+        ScenarioError: If one has no results, or has no variant in common with the first.
+    """
+    first, *others = studies = [load_study(path) for path in paths]
+    return StudyComparison(
+        tuple(map(str, paths)),
+        differing([_study_file(study) for study in studies]),
+        differing([dict(study.info.versions) for study in studies]),
+        tuple(_match(first, other) for other in others),
+    )
+
+
+def _study_file(study: StudyResults) -> Any:
+    path = study.folder / STUDY_FILE
+    try:
+        return parse(path.read_text(encoding="utf-8"), str(path)).plain()
+    except OSError as error:
+        message = f"{path}: expected the file of the study: {error.strerror or error}"
+        raise ScenarioError(message) from error
+
+
+def _match(first: StudyResults, other: StudyResults) -> Match:
+    if set(first.info.axis_names) != set(other.info.axis_names):
+        wanted, got = (", ".join(study.info.axis_names) or "none" for study in (first, other))
+        message = f"{other.folder}: expected the axes of {first.folder}, {wanted}; got {got}"
+        raise ScenarioError(message)
+    axes = first.info.axis_names
+    base, later = ({each.labels(axes): each for each in cells_of(study.trials, axes)} for study in (first, other))
+    both = [labels for labels in base if labels in later]
+    if not both:
+        message = f"{other.folder}: expected a variant that {first.folder} has too, got none of the same levels"
+        raise ScenarioError(message)
+    is_paired = any(not base[labels].rows.keys().isdisjoint(later[labels].rows) for labels in both)
+    tables = first.trials, other.trials
+    cells = {words(base[labels].levels): (base[labels], later[labels]) for labels in both}
+    lonely = [
+        words(cells[labels].levels) for cells, rest in ((base, later), (later, base)) for labels in cells.keys() - rest
+    ]
+    metrics = _metrics(first, other)
+    return Match(
+        str(other.folder),
+        is_paired,
+        sum(_digest(first, base[labels]) != _digest(other, later[labels]) for labels in both),
+        [_line(metric, *_means(tables, list(cells.values()), metric, is_paired), is_paired) for metric in metrics],
+        {name: [_line(metric, tables, pair, is_paired) for metric in metrics] for name, pair in cells.items()},
+        sorted(lonely),
+    )
+
+
+def _digest(study: StudyResults, cell: Cell) -> str:
+    return next(variant.digest for variant in study.info.variants if variant.number == cell.variant)
+
+
+def _metrics(first: StudyResults, other: StudyResults) -> list[str]:
+    """The numeric metrics that both have, headline ones first."""
+    others = {*HEAD, *TAIL, *first.info.axis_names}
+    names = [
+        name
+        for name in first.trials
+        if name in other.trials
+        and name not in others
+        and _is_numeric(first.trials[name])
+        and _is_numeric(other.trials[name])
+    ]
+    return in_order(names)
+
+
+def _is_numeric(column: "pd.Series[Any]") -> bool:
+    return not any(isinstance(value, str) for value in column.tolist())
+
+
+Tables = tuple[pd.DataFrame, pd.DataFrame]
+Pair = tuple[Cell, Cell]
+
+
+def _line(metric: str, tables: Tables, pair: Pair, is_paired: bool) -> Line:
+    """A metric in the two cells, one of each table; the tables are joined, for pairs to be found by their draws."""
+    base, later = pair
+    rows = [*base.rows.values()], [*later.rows.values()]
+    joined = pd.concat([table.iloc[chosen] for table, chosen in zip(tables, rows, strict=True)], ignore_index=True)
+    first = Cell(0, base.levels, {draw: place for place, draw in enumerate(base.rows)})
+    second = Cell(1, later.levels, {draw: len(first.rows) + place for place, draw in enumerate(later.rows)})
+    compare = paired if is_paired else unpaired
+    return Line(metric, unit_of(metric), compare(figures_of(joined, metric), second, first))
+
+
+def _means(tables: Tables, pairs: Sequence[Pair], metric: str, is_paired: bool) -> tuple[Tables, Pair]:
+    """The mean over all variants for each draw that has a figure in every one of them; if paired, in both studies.
+
+    Variants of one draw share its random numbers, so a draw counts once, whatever the number of variants.
+    """
+    means = [dict(_draw_means(table, [pair[side] for pair in pairs], metric)) for side, table in enumerate(tables)]
+    if is_paired:
+        means = [{draw: each[draw] for draw in each if all(draw in other for other in means)} for each in means]
+    base, later = (pd.DataFrame({metric: list(each.values())}) for each in means)
+    cells = (Cell(_OVERALL, {}, {draw: place for place, draw in enumerate(each)}) for each in means)
+    first, second = cells
+    return (base, later), (first, second)
+
+
+def _draw_means(table: pd.DataFrame, cells: Sequence[Cell], metric: str) -> Iterator[tuple[tuple[int, int], float]]:
+    figures = figures_of(table, metric).numbers
+    for draw in sorted({draw for cell in cells for draw in cell.rows}):
+        found = [figures[cell.rows[draw]] for cell in cells if draw in cell.rows]
+        values = [value for value in found if value is not None]
+        if len(values) == len(cells):
+            yield draw, sum(values) / len(values)
