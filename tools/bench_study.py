@@ -54,7 +54,7 @@ def study_file(folder: Path, trials: int) -> Path:
         "name": "bench",
         "question": "What does the runner cost?",
         "scenario": str(SCENARIO),
-        "set": {"duration_s": 3, "algorithm.rounds": 1},
+        "set": {"duration_s": 7, "algorithm.rounds": 1},
         "repetitions": max(1, trials // VARIANTS),
         "sweep": [{"path": "algorithm.tolerance", "values": tolerances}],
     }

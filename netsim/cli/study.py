@@ -142,6 +142,7 @@ def _tell_end(plan: Plan, end: StudyEnd, *, report: bool) -> None:
 def _write_report(folder: Path) -> Path:
     from netsim.study.report import write_report
 
+    tell("writing the report")
     return write_report(folder)
 
 

@@ -6,8 +6,10 @@ and what is done when it breaks.
 
 import multiprocessing
 import os
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from typing import Any, Protocol
 
 from netsim.errors import NetsimError
@@ -120,7 +122,8 @@ class LocalPool:
     def submit(self, task: Task) -> "Future[Outcome]":
         """See `Workers.submit`."""
         try:
-            return self._executor.submit(run_trial, task)
+            with _interrupt_held():
+                return self._executor.submit(run_trial, task)
         except BrokenExecutor as error:
             raise _died() from error
 
@@ -144,6 +147,19 @@ class LocalPool:
     def _pool(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(self.count, context, initializer=prepare_worker)
+
+
+@contextmanager
+def _interrupt_held() -> Iterator[None]:
+    """Hold a Ctrl-C back: a worker begun meanwhile inherits that, and is not hit before it is told to ignore it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def window_of(count: int) -> int:

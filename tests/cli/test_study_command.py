@@ -28,7 +28,7 @@ def write(folder: Path, **changes: object) -> Path:
         "name": "small",
         "question": "What does tolerance save?",
         "scenario": str(ROOT / "scenarios" / "quickstart.yaml"),
-        "set": {"duration_s": 3, "algorithm.rounds": 1},
+        "set": {"duration_s": 7, "algorithm.rounds": 1},
         "repetitions": 1,
         "sweep": [{"path": "algorithm.tolerance", "values": [0, 1]}],
     }
@@ -117,7 +117,7 @@ def test_more_repetitions_extend_a_study(tmp_path: Path) -> None:
 
 
 def test_a_failed_trial_is_told_with_the_command_that_shows_it(tmp_path: Path) -> None:
-    write(tmp_path, set={"duration_s": 3, "algorithm.rounds": 1, "problem": {"type": "none"}}, sweep=[])
+    write(tmp_path, set={"duration_s": 7, "algorithm.rounds": 1, "problem": {"type": "none"}}, sweep=[])
     refused = command("study", "study.yaml", cwd=tmp_path)
     assert refused.returncode == 2  # what is wrong with every trial is found before the first
     (tmp_path / "odd.py").write_text(

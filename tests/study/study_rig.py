@@ -69,7 +69,7 @@ def write_study(folder: Path, **changes: Any) -> Path:
         "name": "small",
         "question": "What does tolerance save?",
         "scenario": str(QUICKSTART),
-        "set": {"duration_s": 4, "algorithm.rounds": 2},
+        "set": {"duration_s": 8, "algorithm.rounds": 2},
         "repetitions": 2,
         "sweep": [
             {"path": "algorithm.tolerance", "values": [0, 1]},

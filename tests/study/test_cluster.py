@@ -157,7 +157,7 @@ def test_no_scheduler_there_is_one_line_and_quick(tmp_path):
     address = f"tcp://127.0.0.1:{free_port()}"
     with pytest.raises(NetsimError, match=f"no Dask scheduler answers at {address}; start one: dask scheduler"):
         DaskWorkers(address)
-    assert time.monotonic() - begun_s < 10
+    assert time.monotonic() - begun_s < 20
 
 
 def test_an_address_that_is_none():

@@ -54,7 +54,7 @@ def test_a_killed_study_resumed_gives_the_uninterrupted_table_and_leaves_no_work
     process.kill()
     process.communicate(timeout=60)
     assert len(workers) == 2
-    wait_for(lambda: not any(map(is_alive, workers)), timeout_s=10)
+    wait_for(lambda: not any(map(is_alive, workers)), timeout_s=30)
     before = lines_of(out / "trials.jsonl")
     assert 3 <= before < 12
     assert not (out / "results.csv").exists()
@@ -87,6 +87,22 @@ def test_the_first_ctrl_c_finishes_running_trials_and_says_how_to_go_on(slow, tm
     same_tables(out, whole)
 
 
+def test_ctrl_c_while_workers_start_hits_none_of_them(slow, tmp_path):
+    file, _ = slow
+    out = tmp_path / "out"
+    process = start("study", file, "--jobs", 2, "--out", out, "--no-report")
+    wait_for(lambda: len(children_of(process.pid)) == 2)
+    workers = children_of(process.pid)
+    for pid in [process.pid, *workers]:
+        os.kill(pid, signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert 1 <= lines_of(out / "trials.jsonl") <= 4
+    assert set(load_results(out)["status"]) == {"ok"}
+    wait_for(lambda: not any(map(is_alive, workers)))
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_the_second_ctrl_c_stops_at_once(tmp_path, jobs):
     file = write_misbehaving(tmp_path, ["none"], set={"algorithm.wall_s": 30}, repetitions=3)
@@ -100,12 +116,12 @@ def test_the_second_ctrl_c_stops_at_once(tmp_path, jobs):
     process.send_signal(signal.SIGINT)
     assert process.stderr.readline().startswith("finishing the ")
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=10)
+    _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert err.splitlines() == [
         f"stopped at once; go on with: netsim study {file} --jobs {jobs} --no-report --out {out} --resume"
     ]
-    wait_for(lambda: not any(map(is_alive, workers)), timeout_s=10)
+    wait_for(lambda: not any(map(is_alive, workers)), timeout_s=30)
 
 
 def test_a_trial_that_kills_its_worker_fails_and_the_rest_go_on(tmp_path):

@@ -34,7 +34,7 @@ def test_variants_are_the_scenarios_with_their_values(tmp_path):
     for each in plan.variants:
         scenario = each.loaded.scenario
         assert (scenario.algorithm.tolerance, scenario.fidelity) == tuple(each.levels.values())
-        assert (scenario.duration_s, scenario.algorithm.rounds, scenario.seed) == (4, 2, 9)
+        assert (scenario.duration_s, scenario.algorithm.rounds, scenario.seed) == (8, 2, 9)
     assert len({each.digest for each in plan.variants}) == 4
 
 
@@ -53,10 +53,10 @@ def test_the_digest_is_of_what_matters_to_a_trial(tmp_path):
 
     before = digests()
     assert digests(name="other", question="Why?", metrics=["energy_j"], repetitions=7) == before
-    described = {"duration_s": 4, "algorithm.rounds": 2, "description": "Other words.", "name": "other"}
+    described = {"duration_s": 8, "algorithm.rounds": 2, "description": "Other words.", "name": "other"}
     assert digests(set=described) == before
     assert not set(digests(seed=5)) & set(before)
-    assert not set(digests(set={"duration_s": 5, "algorithm.rounds": 2})) & set(before)
+    assert not set(digests(set={"duration_s": 9, "algorithm.rounds": 2})) & set(before)
 
 
 def test_the_digest_covers_files_that_a_scenario_refers_to(tmp_path):
@@ -90,7 +90,7 @@ def test_overrides_reach_the_study_or_else_its_scenarios(tmp_path):
     assert plan.study.repetitions == 5
     for each in plan.variants:
         scenario = each.loaded.scenario
-        assert (scenario.nodes[0].tx_power_dbm, scenario.medium.exponent, scenario.duration_s) == (-10, 2.5, 4)
+        assert (scenario.nodes[0].tx_power_dbm, scenario.medium.exponent, scenario.duration_s) == (-10, 2.5, 8)
     assert plan.study.set["medium.exponent"] == 2.5
 
 

@@ -46,7 +46,7 @@ def test_the_command_of_a_trial_gives_its_figures(whole):
     row = netsim.load_results(out).iloc[5]
     again = netsim.run(netsim.load(out / "variants" / "001" / "scenario.yaml", ["repetition=1"]))
     assert again.metrics["energy_j"] == row["energy_j"]
-    assert again.metrics["frame_byte"] == row["frame_byte"]
+    assert again.metrics["association_error"] == row["association_error"] > 0
 
 
 def test_a_pool_gives_the_tables_of_this_process(whole, tmp_path):
@@ -164,7 +164,7 @@ def reopen(folder, out, *, allow_changed=False, **changes):
 @pytest.mark.parametrize(
     ("changes", "lines", "kept"),
     [
-        ({"set": {"duration_s": 5, "algorithm.rounds": 2}}, ["duration_s: 4.0 before, 5.0 now"], 0),
+        ({"set": {"duration_s": 9, "algorithm.rounds": 2}}, ["duration_s: 8.0 before, 9.0 now"], 0),
         ({"seed": 3}, ["seed: 1 before, 3 now"], 0),
         (
             {
