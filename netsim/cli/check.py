@@ -8,11 +8,11 @@ import typer
 from netsim.cli import EXIT_BAD_INPUT
 from netsim.cli.check_study import check_study
 from netsim.cli.console import say, tell
-from netsim.cli.device_warnings import device_warnings
 from netsim.errors import Finding, ScenarioError
 from netsim.models.device_checks import device_findings
 from netsim.models.device_tables import Device, load_device, unverified
 from netsim.scenario.build import build
+from netsim.scenario.device_warnings import device_warnings
 from netsim.scenario.load import LoadedScenario, inspect
 from netsim.study.plan import kind_of
 
@@ -79,4 +79,4 @@ def _tell(loaded: LoadedScenario) -> None:
         if ":" in name:
             say(f"  {name} was imported: {entry.summary}")
     for warning in device_warnings(loaded):
-        tell(warning)
+        tell(f"warning: {warning}")

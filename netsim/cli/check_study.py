@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from netsim.cli.console import counted, say, tell
-from netsim.cli.device_warnings import device_warnings
 from netsim.errors import ScenarioError
 from netsim.scenario.build import build
 from netsim.study.plan import Plan, load_plan
@@ -57,8 +56,8 @@ def _tell(plan: Plan, different: Sequence[Variant]) -> None:
     imported = {name: entry for each in different for name, entry in each.loaded.registry.found.items() if ":" in name}
     for name, entry in sorted(imported.items()):
         say(f"  {name} was imported: {entry.summary}")
-    for warning in dict.fromkeys(line for each in different for line in device_warnings(each.loaded)):
-        tell(warning)
+    for warning in plan.warnings:
+        tell(f"warning: {warning}")
 
 
 def _name(variant: Variant) -> str:

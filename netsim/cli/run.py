@@ -10,10 +10,10 @@ import typer
 
 from netsim.cli import EXIT_FAILURE, EXIT_INTERRUPTED
 from netsim.cli.console import say, show, tell
-from netsim.cli.device_warnings import device_warnings
 from netsim.cli.progress import watched
 from netsim.cli.summary import summary_table
 from netsim.errors import ScenarioError
+from netsim.scenario.device_warnings import device_warnings
 from netsim.scenario.folder import new_folder
 from netsim.scenario.load import load
 from netsim.scenario.run import Result, run
@@ -33,7 +33,7 @@ def run_command(
         result = run(loaded, folder=folder, trace=trace, progress=watch)
     show(summary_table(result, loaded))
     for warning in device_warnings(loaded):
-        tell(warning)
+        tell(f"warning: {warning}")
     _tell_files(result)
     _tell_troubles(result)
     if result.interrupted:

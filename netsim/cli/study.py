@@ -105,7 +105,7 @@ def _tell_plan(study: OpenStudy) -> None:
     plan, trials = study.plan, len(study.tasks)
     variants, repetitions = counted(len(plan.variants), "variant"), counted(len(plan.repetitions), "repetition")
     tell(f"{plan.study.name}: {variants} x {repetitions} = {counted(trials, 'trial')}")
-    for note in study.notes:
+    for note in (*study.notes, *(f"warning: {each}" for each in plan.warnings)):
         tell(note)
     once = study.finished + len(study.todo)
     if once < trials:

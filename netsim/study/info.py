@@ -94,6 +94,7 @@ class StudyInfo:
         baseline: The level that the others are compared with.
         published: Published figures.
         sources: Citations of what the variants use.
+        warnings: Traps that variants fall into, in words.
         command: What made the study, as typed.
         versions: Of netsim, Python and the packages that figures depend on.
     """
@@ -112,6 +113,7 @@ class StudyInfo:
     baseline: Level
     published: tuple[PublishedInfo, ...]
     sources: tuple[SourceInfo, ...]
+    warnings: tuple[str, ...]
     command: str
     versions: Mapping[str, str]
 
@@ -145,7 +147,7 @@ class StudyInfo:
                     "variants": tuple(VariantInfo(**variant) for variant in given["variants"]),
                     "published": tuple(PublishedInfo(**figure) for figure in given["published"]),
                     "sources": tuple(SourceInfo(**source) for source in given["sources"]),
-                    **{name: tuple(given[name]) for name in ("seeds", "repetitions", "metrics", "costs")},
+                    **{name: tuple(given[name]) for name in ("seeds", "repetitions", "metrics", "costs", "warnings")},
                 }
             )
         except (KeyError, TypeError) as error:

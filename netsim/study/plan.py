@@ -4,6 +4,7 @@ import os
 import platform
 import re
 import shutil
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -24,6 +25,7 @@ from netsim.reading import (
     keys_of,
     read_document,
 )
+from netsim.scenario.device_warnings import device_warnings
 from netsim.scenario.folder import SCENARIO_FILE, copy_inputs, write_file
 from netsim.scenario.inputs import Input
 from netsim.scenario.sources import sources_of
@@ -115,8 +117,20 @@ class Plan:
                 for each in study.published
             ),
             sources=self._sources(),
+            warnings=self.warnings,
             command=command,
             versions=versions(),
+        )
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Traps that variants fall into, in words, each once, with the number of those variants."""
+        different = {variant.digest: variant for variant in self.variants}.values()
+        found = Counter(warning for variant in different for warning in dict.fromkeys(device_warnings(variant.loaded)))
+        total = len(different)
+        return tuple(
+            warning if count == total else f"{warning} ({count} of {total} variants)"
+            for warning, count in found.items()
         )
 
     def _sources(self) -> tuple[SourceInfo, ...]:

@@ -34,6 +34,7 @@ def study(
         baseline=next(iter(axes.values()))[0] if axes else None,
         published=tuple(published),
         sources=(),
+        warnings=(),
         command="netsim study by-hand.yaml",
         versions={},
     )

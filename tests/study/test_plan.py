@@ -38,6 +38,13 @@ def test_variants_are_the_scenarios_with_their_values(tmp_path):
     assert len({each.digest for each in plan.variants}) == 4
 
 
+def test_traps_are_told_with_the_number_of_variants_in_them(tmp_path):
+    sweep = [{"name": "radio", "cases": [{"name": "a"}, {"name": "b", "set": {"nodes[0].radio": "cc1000"}}]}]
+    (warning,) = load_plan(write_study(tmp_path, sweep=sweep)).warnings
+    assert warning.startswith("radio cc1000: medium.noise_dbm is -95.4")
+    assert warning.endswith("(1 of 2 variants)")
+
+
 def test_tasks_go_repetition_by_repetition(tmp_path):
     plan = load_plan(write_study(tmp_path, first_repetition=3))
     tasks = plan.tasks(tmp_path)

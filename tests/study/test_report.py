@@ -217,6 +217,11 @@ def test_a_problem_without_an_error_compares_costs_alone(tmp_path):
     assert "No metric of error" in section(text, "Assumptions and caveats")
 
 
+def test_traps_that_variants_fall_into_are_told(tmp_path, words_only):
+    written(tmp_path, TOLERANCES, warnings=("radio cc1000: the noise makes it deaf (1 of 3 variants)",))
+    assert "the noise makes it deaf (1 of 3 variants)." in section(report(tmp_path), "Assumptions and caveats")
+
+
 def test_what_is_asked_for_and_not_there_is_told(tmp_path, words_only):
     written(tmp_path, TOLERANCES, 2, metrics=("energy_j", "ospa_mean_m"), costs=("radio_messages", "no_such_metric"))
     text = report(tmp_path)

@@ -126,6 +126,7 @@ def _caveats(view: View) -> Iterator[str]:
     yield from _of_trials(view)
     if view.absent:
         yield f"Asked for, but no trial has a figure of it: {and_list([code(name) for name in view.absent])}."
+    yield from (f"netsim warns: {plain(warning)}." for warning in view.info.warnings)
     if view.error is None and view.variants:
         yield "No metric of error has figures in this study: it compares costs alone."
     if "energy_j" in view.shown:

@@ -20,17 +20,17 @@ def device_warnings(loaded: LoadedScenario) -> Iterator[str]:
         ("cpu", {group.cpu for group in groups}, load_cpu),
         ("battery", batteries, load_battery),
     ]
-    yield from (f"warning: {each}" for each in scenario_warnings(loaded))
+    yield from scenario_warnings(loaded)
     for kind, names, load in named:
         for name in sorted(names):
-            yield from (f"warning: {kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))
+            yield from (f"{kind} {name}: {each}" for each in device_findings(load(name, loaded.folder)))
     medium = loaded.scenario.medium
     if isinstance(medium, PhysicalMedium) and not isinstance(medium, UnitDiskParameters):
         for name in sorted({group.radio for group in groups}):
             finding = noise_finding(load_radio(name, loaded.folder), medium.noise_dbm)
-            yield from () if finding is None else (f"warning: radio {name}: {finding}",)
+            yield from () if finding is None else (f"radio {name}: {finding}",)
     for group in groups:
         if isinstance(group.battery, DeviceBattery):
             radio, battery = load_radio(group.radio, loaded.folder), load_battery(group.battery.device, loaded.folder)
             finding = supply_finding(radio, battery)
-            yield from () if finding is None else (f"warning: group {group.name}: {finding}",)
+            yield from () if finding is None else (f"group {group.name}: {finding}",)
