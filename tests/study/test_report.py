@@ -310,3 +310,16 @@ def test_plots_that_cannot_be_written_are_an_error_of_one_line(tmp_path):
     (tmp_path / "plots").write_text("in the way")
     with pytest.raises(TraceError, match="plots"):
         write_report(tmp_path)
+
+
+def test_a_usual_cost_that_hardly_varies_is_no_cost_to_choose_by(tmp_path, words_only):
+    def law(levels, repetition):
+        found = figures(levels, repetition)
+        return {**found, "energy_j": 50.0 + 0.01 * found["energy_beyond_listening_j"]}
+
+    written(tmp_path / "usual", TOLERANCES, law=law)
+    text = report(tmp_path / "usual")
+    assert not re.search(r"(better|worse)\*\* in energy(,| and|;)", section(text, "Answer"))
+    assert "left out of the answer and of the plots: `energy_j`" in section(text, "Assumptions and caveats")
+    written(tmp_path / "asked", TOLERANCES, law=law, costs=("energy_j",))
+    assert "left out" not in section(report(tmp_path / "asked"), "Assumptions and caveats")

@@ -10,7 +10,7 @@ from netsim.study.reporting.answer import answer
 from netsim.study.reporting.blocks import Block, Bullets, Code, Page, Picture, Section, Text, code, plain, prose
 from netsim.study.reporting.names import title_of
 from netsim.study.reporting.phrases import and_list
-from netsim.study.reporting.view import View
+from netsim.study.reporting.view import ALL_BUT_CONSTANT, View
 from netsim.study.statistics import flips
 
 OWN = "netsim's own"
@@ -129,6 +129,12 @@ def _caveats(view: View) -> Iterator[str]:
     yield from (f"netsim warns: {plain(warning)}." for warning in view.info.warnings)
     if view.error is None and view.variants:
         yield "No metric of error has figures in this study: it compares costs alone."
+    if view.constant:
+        names = and_list([code(name) for name in view.constant])
+        yield (
+            f"All but constant, within {100 * ALL_BUT_CONSTANT:g} % for all variants of a setting, and so left out of the "
+            f"answer and of the plots: {names}. The tables have them; `costs:` in the study brings them back."
+        )
     if "energy_j" in view.shown:
         yield (
             "Where radios listen all the time, `energy_j` is all but constant; `energy_beyond_listening_j` leaves out "

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +23,8 @@ LIFETIMES = ("lifetime_first_dead_days", "lifetime_median_days", "lifetime_parti
 """Milestones of a duty plan, none of them before the first."""
 PLACES = ("placement", "mobility", "name", "role")
 """What says so of a group of nodes."""
+ALL_BUT_CONSTANT = 5e-3
+"""A usual cost whose means spread by less than this share within every setting tells nobody what to choose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,7 @@ class View:
         error: What tells how wrong an answer is; None if nothing does.
         costs: What it is held against.
         absent: Metrics asked for of which no trial has a figure.
+        constant: Usual costs that are all but the same for all variants, and so are not among `costs`.
     """
 
     results: StudyResults
@@ -61,6 +64,7 @@ class View:
     error: str | None
     costs: tuple[str, ...]
     absent: tuple[str, ...]
+    constant: tuple[str, ...] = ()
 
     @property
     def info(self) -> StudyInfo:
@@ -157,6 +161,13 @@ class View:
             groups.setdefault(where, []).append(variant)
         return {where: tuple(found) for where, found in groups.items()}
 
+    def is_all_but_constant(self, metric: str) -> bool:
+        """Whether a metric's means are the same for all variants of each setting, as near as makes no difference."""
+        groups = [[self.estimate(number, metric).mean for number in found] for found in self.settings.values()]
+        means = [[mean for mean in group if not math.isnan(mean)] for group in groups]
+        spreads = [max(group) - min(group) <= ALL_BUT_CONSTANT * max(map(abs, group)) for group in means if group]
+        return all(spreads) and any(len(group) > 1 for group in means)
+
     def pareto(self, cost: str, variants: Sequence[int]) -> list[int]:
         """Those of some variants that no other of them beats in error and cost at once, from the best error on."""
         if self.error is None or cost == self.error:
@@ -175,7 +186,11 @@ def view_of(results: StudyResults) -> View:
     costs = tuple(name for name in info.costs or DEFAULT_COSTS if name in has and name != error)
     wanted = (*info.metrics, *info.costs, *((info.error,) if info.error is not None else ()))
     absent = tuple(dict.fromkeys(name for name in wanted if name not in has))
-    return View(results, metrics, error, costs, absent)
+    view = View(results, metrics, error, costs, absent)
+    constant = () if info.costs else tuple(name for name in costs if view.is_all_but_constant(name))
+    if len(constant) == len(costs):
+        return view
+    return replace(view, costs=tuple(name for name in costs if name not in constant), constant=constant)
 
 
 def _has_figures(trials: pd.DataFrame, name: str) -> bool:
