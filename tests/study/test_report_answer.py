@@ -140,3 +140,12 @@ def test_names_beside_points_lie_on_no_other_and_on_no_point(tmp_path):
         ]
         assert len(points) >= 5
         assert not any(box.contains(*panel.transData.transform(point)) for box in boxes for point in points)
+
+
+def test_members_of_a_pareto_set_that_are_alike_are_said_to_be(tmp_path):
+    def law(levels, repetition):
+        return {"association_error": 0.3, "energy_j": 2.0 if levels["radio"] == "C" else 1.0}
+
+    written(tmp_path, {"radio": ["A", "B", "C"]}, 6, law, costs=("energy_j",))
+    bullets = next(block for block in answer(view_of(load_study(tmp_path))) if isinstance(block, Bullets))
+    assert bullets.items[-1].endswith("from the best error to the least cost: A = B.")

@@ -29,7 +29,7 @@ from netsim.study.plots.style import (
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of, title_of, title_with
-from netsim.study.reporting.phrases import bracketed, chain
+from netsim.study.reporting.phrases import bracketed, pareto_chain
 from netsim.study.reporting.view import View
 
 MOST_SETTINGS = 9
@@ -81,12 +81,10 @@ def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
 
 def _caption(view: View, wanted: Sequence[Panel]) -> str:
     error = str(view.error)
-    left_out = [axis.name for axis in view.conditions]
     sets: dict[str, list[str]] = {}
     for cost, where, variants in wanted:
-        names = chain([plain(view.name(number, left_out)) for number in view.pareto(cost, variants)])
-        sets.setdefault(names, []).append(bracketed(plain(where)) or title_of(cost))
-    pareto = "; ".join(f"{' / '.join(where)}: {names or 'none'}" for names, where in sets.items())
+        sets.setdefault(pareto_chain(view, cost, variants), []).append(bracketed(plain(where)) or title_of(cost))
+    pareto = "; ".join(f"{' / '.join(where)}: {names}" for names, where in sets.items())
     costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
     count = len(view.settings)
     more = f" The first {MOST_SETTINGS} of {count} settings." if len(costs) == 1 and count > MOST_SETTINGS else ""

@@ -11,8 +11,8 @@ from netsim.study.reporting.names import better_of, level_name, title_of
 from netsim.study.reporting.phrases import (
     and_list,
     bracketed,
-    chain,
     difference_of,
+    pareto_chain,
     relative_range,
     rows_of,
     value_of,
@@ -214,11 +214,9 @@ def _pareto(view: View) -> Iterator[str]:
 
 def _members(view: View, cost: str) -> str:
     """The members within each setting: `ideal and csma: A → B; lpl: A`."""
-    left_out = [axis.name for axis in view.conditions]
     found: dict[str, list[str]] = {}
     for where, variants in view.settings.items():
-        names = [plain(view.name(variant, left_out)) for variant in view.pareto(cost, variants)]
-        found.setdefault(chain(names) or "none", []).append(bracketed(plain(where)))
+        found.setdefault(pareto_chain(view, cost, variants), []).append(bracketed(plain(where)))
     if len(found) == 1:
         return next(iter(found)) + (" in every setting" if len(view.settings) > 1 else "")
     return "; ".join(f"{and_list(places)}: {members}" for members, places in found.items())

@@ -6,6 +6,7 @@ from typing import Any
 
 from netsim.study.differences import EQUAL, HIGHER, LOWER, TOO_FEW, UNDECIDED
 from netsim.study.levels import label_of
+from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of
 from netsim.study.reporting.numbers import decimals_of, interval, percent, signed, with_half
 from netsim.study.reporting.view import View
@@ -66,6 +67,16 @@ def rows_of(view: View, metric: str, levels: Mapping[str, Any]) -> list[Row]:
     wanted = {axis: label_of(level) for axis, level in levels.items()}
     rows = view.differences[(view.differences["metric"] == metric) & (view.differences["n"] > 0)].to_dict("records")
     return [row for row in rows if all(label_of(row[axis]) == label for axis, label in wanted.items())]
+
+
+def pareto_chain(view: View, cost: str, variants: Sequence[int]) -> str:
+    """A Pareto set from the best error on, those with the same means joined: `a → b = c`; `none` for an empty one."""
+    left_out = [axis.name for axis in view.conditions]
+    alike: dict[tuple[float, float], list[str]] = {}
+    for number in view.pareto(cost, variants):
+        means = view.estimate(number, str(view.error)).mean, view.estimate(number, cost).mean
+        alike.setdefault(means, []).append(plain(view.name(number, left_out)))
+    return chain([" = ".join(names) for names in alike.values()]) or "none"
 
 
 def chain(names: Sequence[str], most: int = 7) -> str:
