@@ -76,7 +76,12 @@ def pareto_chain(view: View, cost: str, variants: Sequence[int]) -> str:
     for number in view.pareto(cost, variants):
         means = view.estimate(number, str(view.error)).mean, view.estimate(number, cost).mean
         alike.setdefault(means, []).append(plain(view.name(number, left_out)))
-    return chain([" = ".join(names) for names in alike.values()]) or "none"
+    return chain([" = ".join(_few(names)) for names in alike.values()]) or "none"
+
+
+def _few(names: Sequence[str], most: int = 4) -> list[str]:
+    left = len(names) - most
+    return [*names[:most], f"{left} more"] if left > 0 else list(names)
 
 
 def chain(names: Sequence[str], most: int = 7) -> str:
