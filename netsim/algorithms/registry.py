@@ -16,6 +16,7 @@ from netsim.algorithms.message_passing_parameters import (
     SumProductParameters,
 )
 from netsim.algorithms.neighbour_traffic import NeighbourTraffic, NeighbourTrafficParameters
+from netsim.algorithms.own_modules import forget_others, own_files, remember
 from netsim.api import Algorithm
 from netsim.errors import ScenarioError
 from netsim.kernels.semiring import Semiring
@@ -146,23 +147,16 @@ def load_own(name: str, folder: Path) -> Entry:
 def _imported(module_name: str, folder: Path) -> Any:
     """Import a module with the scenario's folder first on the path."""
     where = str(folder.resolve())
-    if _is_another(module_name, folder):
-        del sys.modules[module_name]
+    files = own_files(module_name, folder)
+    forget_others(files, folder)
     sys.path.insert(0, where)
     try:
         importlib.invalidate_caches()
-        return importlib.import_module(module_name)
+        module = importlib.import_module(module_name)
+        remember(files, folder)
+        return module
     except Exception as error:  # whatever the user's module raises while it is imported
         text = f"cannot import {module_name}: {error!r} (looked in {where} and on the Python path)"
         raise ScenarioError(text) from error
     finally:
         sys.path.remove(where)
-
-
-def _is_another(module_name: str, folder: Path) -> bool:
-    """Whether a module of this name was imported from elsewhere, and is not the one that lies in the folder."""
-    own, known = folder / f"{module_name}.py", sys.modules.get(module_name)
-    if known is None or not own.is_file() or module_name in sys.stdlib_module_names:
-        return False
-    file = getattr(known, "__file__", None)
-    return file is None or not Path(file).is_file() or Path(file).read_bytes() != own.read_bytes()

@@ -61,7 +61,7 @@ def copy_inputs(folder: Path, inputs: Sequence[Input]) -> None:
     for each in inputs:
         target = folder / each.name
         try:
-            target.parent.mkdir(exist_ok=True)
+            target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(each.source.read_bytes())
         except OSError as error:
             message = f"cannot copy {each.source} to {target}: {error.strerror or error}"

@@ -1,9 +1,11 @@
 """Files that a scenario refers to, gathered so that its resolved form can be run again from the folder of the run."""
 
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from netsim.algorithms.own_modules import own_files
 from netsim.models.device_tables import Kind, shipped
 from netsim.models.media import IdealMediumParameters, MediumParameters, TraceMediumParameters
 from netsim.models.noise import ReplayedNoiseParameters
@@ -89,7 +91,15 @@ class Gathering:
         return problem
 
     def _modules(self) -> list[Input]:
-        """Single-file modules of the user's own algorithms; they must lie beside the scenario to be found."""
-        names = {name.partition(":")[0] for name in self._loaded.registry.found if ":" in name}
-        paths = [self._loaded.folder / f"{name}.py" for name in sorted(names)]
-        return [Input(path, path.name) for path in paths if path.is_file()]
+        """Modules of the user's own algorithms with what they import from beside the scenario; they must lie there, too."""
+        folder = self._loaded.folder
+        names = sorted({name.partition(":")[0] for name in self._loaded.registry.found if ":" in name})
+        paths = dict.fromkeys(path for name in names for path in own_files(name, folder))
+        return [Input(path, path.relative_to(folder).as_posix()) for path in paths]
+
+
+def modules_elsewhere(loaded: LoadedScenario) -> dict[str, Path]:
+    """Modules of algorithms that were found on the Python path: they are not copied, but what they hold matters."""
+    names = {name.partition(":")[0] for name in loaded.registry.found if ":" in name}
+    files = {name: getattr(sys.modules.get(name), "__file__", None) for name in names}
+    return {f"module {name}": Path(file) for name, file in files.items() if file and not own_files(name, loaded.folder)}

@@ -12,8 +12,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from netsim import __version__
 from netsim.errors import NetsimError, ScenarioError
+from netsim.study.build_id import build_id
 from netsim.study.executors import WorkerDied, window_of
 from netsim.study.trial import Outcome, Task, files_of, run_trial
 
@@ -133,10 +133,10 @@ def _check_versions(client: Any, address: str) -> None:
 
     def version_there() -> str:  # goes to the workers by value, as it is no function of a module
         try:
-            import netsim
+            from netsim.study.build_id import build_id
         except ImportError:
             return ""
-        return netsim.__version__
+        return build_id()
 
     try:
         found = client.run(version_there)
@@ -147,9 +147,9 @@ def _check_versions(client: Any, address: str) -> None:
         message = f"the Dask scheduler at {address} has no workers; start some: dask worker {address} --nthreads 1"
         raise NetsimError(message)
     for worker, version in sorted(found.items()):
-        if version != __version__:
-            has = f"has netsim {version}" if version else "has no netsim"
-            message = f"the worker {worker} {has}, this is netsim {__version__}: install the same on all machines"
+        if version != build_id():
+            has = f"has netsim {version}" if version else "has no netsim, or an old one"
+            message = f"the worker {worker} {has}, this is netsim {build_id()}: install the same on all machines"
             raise NetsimError(message)
 
 

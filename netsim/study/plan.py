@@ -11,7 +11,6 @@ from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 
-from netsim import __version__
 from netsim.errors import ScenarioError
 from netsim.reading import (
     OVERRIDE,
@@ -30,6 +29,7 @@ from netsim.scenario.folder import SCENARIO_FILE, copy_inputs, write_file
 from netsim.scenario.inputs import Input
 from netsim.scenario.sources import sources_of
 from netsim.study.axes import combinations, list_of, settings_of
+from netsim.study.build_id import build_id
 from netsim.study.findings import study_findings
 from netsim.study.info import (
     INFO_FILE,
@@ -232,7 +232,7 @@ def _linked(given: Input, target: Path, copies: dict[Path, Path]) -> bool:
     if first == path:
         return False
     try:
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         os.link(first, path)
     except OSError:  # no links on this file system: a copy does as well
@@ -251,7 +251,7 @@ def _drop_other_variants(plan: Plan, folder: Path) -> None:
 def versions() -> dict[str, str]:
     """Of netsim, Python and the packages that figures depend on."""
     return {
-        "netsim": __version__,
+        "netsim": build_id(),
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
     }

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from netsim import __version__
 from netsim.errors import ScenarioError
+from netsim.study.build_id import build_id
 from netsim.study.changes import changes
 from netsim.study.dispatch import Dispatcher, Standing, Watch
 from netsim.study.executors import Workers, local_workers
@@ -200,7 +200,7 @@ def _compare(plan: Plan, folder: Path, outcomes: Mapping[str, Outcome], allow_ch
 
 
 def _versions(outcomes: Mapping[str, Outcome]) -> list[str]:
-    others = sorted({each.netsim_version for each in outcomes.values() if each.status == "ok"} - {__version__})
+    others = sorted({each.netsim_version for each in outcomes.values() if each.status == "ok"} - {build_id()})
     if not others:
         return []
-    return [f"warning: finished trials were run by netsim {', '.join(others)}, the others are by {__version__}"]
+    return [f"warning: finished trials were run by netsim {', '.join(others)}, the others are by {build_id()}"]

@@ -10,7 +10,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from netsim import __version__
 from netsim.errors import NetsimError, TraceError
 from netsim.metrics.energy import STANDING
 from netsim.metrics.reach import Reach
@@ -18,6 +17,7 @@ from netsim.scenario.folder import SCENARIO_FILE
 from netsim.scenario.load import LoadedScenario, load
 from netsim.scenario.outlook import lifetime_figures
 from netsim.scenario.run import Result, run
+from netsim.study.build_id import build_id
 from netsim.trace.events import EnergyLedger, Event, NodeTable
 from netsim.trace.recorder import Handler
 
@@ -44,7 +44,7 @@ class Task:
     key: str
     folder: str
     files: tuple[tuple[str, bytes], ...] = field(default=(), compare=False)
-    netsim_version: str = __version__
+    netsim_version: str = field(default_factory=build_id)
 
     @property
     def digest(self) -> str:
@@ -76,7 +76,7 @@ class Outcome:
     nodes: Mapping[str, list[Any]] = field(default_factory=dict)
     wall_s: float = 0.0
     details: str = ""
-    netsim_version: str = __version__
+    netsim_version: str = field(default_factory=build_id)
 
 
 def run_trial(task: Task) -> Outcome:
@@ -111,8 +111,8 @@ def files_of(task: Task) -> tuple[tuple[str, bytes], ...]:
 
 
 def _run(task: Task) -> tuple[Result, dict[str, list[Any]]]:
-    if task.netsim_version != __version__:
-        message = f"its worker has netsim {__version__}, the study netsim {task.netsim_version}: install the same"
+    if task.netsim_version != build_id():
+        message = f"its worker has netsim {build_id()}, the study netsim {task.netsim_version}: install the same"
         raise NetsimError(message)
     loaded = _variant(_Source(task.digest, task.folder if not task.files else "", task.files)).loaded
     loaded = replace(loaded, scenario=replace(loaded.scenario, repetition=task.repetition))

@@ -1,7 +1,7 @@
 """The variants of a study: a scenario each, checked, with all it needs."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import blake2b
 from pathlib import Path
@@ -9,7 +9,7 @@ from pathlib import Path
 from netsim.errors import Finding, ScenarioError
 from netsim.reading import Document, Node, assign, dump_yaml, read_document, to_plain
 from netsim.scenario.build import build
-from netsim.scenario.inputs import Gathering, Input
+from netsim.scenario.inputs import Gathering, Input, modules_elsewhere
 from netsim.scenario.load import LoadedScenario, inspect_document
 from netsim.scenario.schema import Scenario
 from netsim.study.axes import Combination
@@ -69,7 +69,8 @@ class Variants:
         if missing := [each for each in inputs if not each.source.is_file()]:
             self.findings += _missing(loaded, missing[0], combination)
             return None
-        digest = _digest(replace(portable, name="-", description="", repetition=0), inputs)
+        files = {each.name: each.source for each in inputs} | modules_elsewhere(loaded)
+        digest = _digest(replace(portable, name="-", description="", repetition=0), files)
         return Variant(number, dict(combination.levels), loaded, dump_yaml(portable), tuple(inputs), digest)
 
     def _document(self, combination: Combination) -> tuple[Path, Document]:
@@ -102,8 +103,14 @@ def _about(node: Node, text: str) -> Finding:
     return Finding(node.file, node.line, "scenario", text, "")
 
 
-def _digest(scenario: Scenario, inputs: Sequence[Input]) -> str:
+def _digest(scenario: Scenario, files: Mapping[str, Path]) -> str:
+    """Of all that decides a trial's figures but the repetition.
+
+    Args:
+        scenario: Resolved, without what is only said of it.
+        files: What it refers to, by name.
+    """
     digest = blake2b(json.dumps(to_plain(scenario), sort_keys=True).encode(), digest_size=12)
-    for each in sorted(inputs, key=lambda one: one.name):
-        digest.update(b"\0" + each.name.encode() + b"\0" + each.source.read_bytes())
+    for name, path in sorted(files.items()):
+        digest.update(b"\0" + name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

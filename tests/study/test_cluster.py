@@ -1,6 +1,7 @@
 """The same study on a real Dask scheduler with two workers, each a process started by Dask's own command."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -12,9 +13,9 @@ from study_rig import ROOT, lines_of, netsim, same_tables, start, wait_for, writ
 
 pytest.importorskip("distributed")
 
-import netsim as package
 from netsim import load_results
 from netsim.errors import NetsimError
+from netsim.study.build_id import build_id
 from netsim.study.cluster import DaskWorkers, _check_versions
 from netsim.study.trial import Task, run_trial
 
@@ -119,13 +120,13 @@ def test_a_trial_that_kills_its_workers_fails_and_the_rest_go_on(tmp_path, clust
 def test_another_version_of_netsim_is_refused_naming_both(cluster):
     class Client:
         def run(self, ask):
-            return {"tcp://a:1": package.__version__, "tcp://b:2": "9.9.9"}
+            return {"tcp://a:1": build_id(), "tcp://b:2": "9.9.9"}
 
-    with pytest.raises(NetsimError, match=rf"tcp://b:2 has netsim 9\.9\.9, this is netsim {package.__version__}"):
+    with pytest.raises(NetsimError, match=rf"tcp://b:2 has netsim 9\.9\.9, this is netsim {re.escape(build_id())}"):
         _check_versions(Client(), cluster.address)
     outcome = run_trial(Task(0, 0, 0, "digest-0", "", netsim_version="9.9.9"))
     assert outcome.status == "failed"
-    assert outcome.error == f"its worker has netsim {package.__version__}, the study netsim 9.9.9: install the same"
+    assert outcome.error == f"its worker has netsim {build_id()}, the study netsim 9.9.9: install the same"
 
 
 def test_a_scheduler_that_goes_away_ends_the_study_in_one_line(tmp_path):

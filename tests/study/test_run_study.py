@@ -7,6 +7,7 @@ from study_rig import lines_of, same_tables, write_misbehaving, write_study
 
 import netsim
 from netsim.errors import ScenarioError
+from netsim.study.build_id import build_id
 from netsim.study.executors import ThisProcess
 from netsim.study.journal import read_journal
 from netsim.study.plan import load_plan
@@ -275,10 +276,10 @@ def test_figures_of_another_netsim_are_told_of(tmp_path):
     out.mkdir()
     run_study(load_plan(write_study(tmp_path)), out, "c", watch=stop_after(2))
     journal = out / "trials.jsonl"
-    journal.write_text(journal.read_text().replace(f'"{netsim.__version__}"', '"0.0.7"'))
+    journal.write_text(journal.read_text().replace(f'"{build_id()}"', '"0.0.7"'))
     assert {each.netsim_version for each in read_journal(journal)} == {"0.0.7"}
     notes, _, _ = reopen(tmp_path, out)
-    assert notes == (f"warning: finished trials were run by netsim 0.0.7, the others are by {netsim.__version__}",)
+    assert notes == (f"warning: finished trials were run by netsim 0.0.7, the others are by {build_id()}",)
 
 
 def test_a_study_without_axes_is_one_variant(tmp_path):
