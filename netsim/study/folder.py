@@ -1,6 +1,7 @@
 """The folder of a study: made, found again, cleared; and who may write into it."""
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 from netsim.errors import ScenarioError
@@ -9,16 +10,15 @@ from netsim.study.info import INFO_FILE, JOURNAL_FILE, NODES, RESULTS, STUDY_FIL
 
 RUNS = Path("runs")
 PLOTS = "plots"
-FILES = (
-    INFO_FILE,
-    STUDY_FILE,
-    JOURNAL_FILE,
+RESULT_FILES = (
     *(stem + suffix for stem in (RESULTS, NODES) for suffix in (".parquet", ".csv")),
     "report.md",
     "report.html",
     "summary.csv",
     "differences.csv",
 )
+"""Files that are made of the journal at the end, and can be made again."""
+FILES = (INFO_FILE, STUDY_FILE, JOURNAL_FILE, *RESULT_FILES)
 """Files that a study writes."""
 
 
@@ -61,17 +61,35 @@ def clear(folder: Path) -> None:
         ScenarioError: If something cannot be removed.
     """
     try:
-        for name in FILES:
-            for path in (folder / name, folder / f"{name}.partial"):
-                if path.name != JOURNAL_FILE:
-                    path.unlink(missing_ok=True)
+        _unlink(folder, FILES)
         if (folder / VARIANTS).is_dir():
             shutil.rmtree(folder / VARIANTS)
-        for path in (*(folder / PLOTS).glob("*.png"), *(folder / PLOTS).glob("*.svg")):
-            path.unlink()
     except OSError as error:
         message = f"cannot replace the study in {folder}: {error.strerror or error}; choose another folder (--out)"
         raise ScenarioError(message) from error
+
+
+def clear_results(folder: Path) -> None:
+    """Remove tables and report, which would say of the new study what was found in the old one.
+
+    Raises:
+        ScenarioError: If one cannot be removed.
+    """
+    try:
+        _unlink(folder, RESULT_FILES)
+    except OSError as error:
+        message = f"cannot replace the results in {folder}: {error.strerror or error}; choose another folder (--out)"
+        raise ScenarioError(message) from error
+
+
+def _unlink(folder: Path, names: Sequence[str]) -> None:
+    """Remove files, half-written ones with them, and the plots; not the journal, which is open."""
+    for name in names:
+        for path in (folder / name, folder / f"{name}.partial"):
+            if path.name != JOURNAL_FILE:
+                path.unlink(missing_ok=True)
+    for path in (*(folder / PLOTS).glob("*.png"), *(folder / PLOTS).glob("*.svg")):
+        path.unlink()
 
 
 def _refuse_others(folder: Path, force: bool) -> None:

@@ -15,7 +15,7 @@ from netsim.study.build_id import build_id
 from netsim.study.changes import changes
 from netsim.study.dispatch import Dispatcher, Standing, Watch
 from netsim.study.executors import Workers, local_workers
-from netsim.study.folder import clear
+from netsim.study.folder import clear, clear_results
 from netsim.study.info import INFO_FILE, JOURNAL_FILE, NODES, RESULTS, read_info
 from netsim.study.journal import Journal, read_journal
 from netsim.study.plan import Plan, write_plan
@@ -138,6 +138,8 @@ def open_study(
             clear(folder)
         outcomes = outcomes_of(folder)
         notes = _compare(plan, folder, outcomes, allow_changed) if (folder / INFO_FILE).exists() else []
+        if notes:
+            clear_results(folder)
         write_plan(plan, folder, command)
         tasks = plan.tasks(folder)
         once = distinct(tasks)

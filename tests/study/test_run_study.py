@@ -212,9 +212,11 @@ def test_a_changed_study_is_refused_in_words_unless_allowed(tmp_path, changes, l
     assert [line.strip() for line in said[1:-1]] == lines
     assert f"{kept} of 8 finished trials still count: --allow-changed goes on with them" in said[-1]
     assert (out / "study.json").read_bytes() == before
+    assert (out / "results.parquet").exists()
     notes, todo, finished = reopen(tmp_path, out, allow_changed=True, **changes)
     assert finished == kept
     assert f"{kept} of 8 finished trials still count; the others stay in trials.jsonl" in notes
+    assert not (out / "results.parquet").exists(), "until the new study has ended, there is no table under its name"
     plan = load_plan(tmp_path / "study.yaml")
     end = run_study(plan, out, "c", resume=True)
     assert (end.standing.ran, end.standing.done) == (todo, todo + kept)
