@@ -9,6 +9,8 @@ from netsim.errors import NetsimError, ScenarioError
 EXIT_FAILURE = 1
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
+EXIT_PIPE_CLOSED = 141
+"""As of a process ended by SIGPIPE: neither success nor a failed gate."""
 
 
 def main() -> None:
@@ -26,7 +28,7 @@ def main() -> None:
         _fail(error, EXIT_FAILURE)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has had enough
-        sys.exit(EXIT_FAILURE)
+        sys.exit(EXIT_PIPE_CLOSED)
     except Exception as error:  # a defect of netsim: still one line, with the way to the traceback
         _fail(error, EXIT_FAILURE, f"internal error: {error!r} (add --debug for the traceback)")
 

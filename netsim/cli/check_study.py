@@ -50,7 +50,8 @@ def _tell(plan: Plan, different: Sequence[Variant]) -> None:
     )
     say(f"{plan.path}: ok ({plan.study.name}: {trials})")
     if len(different) < count:
-        say(f"  {count - len(different)} variants are the same as others and are run once")
+        same = count - len(different)
+        say(f"  {counted(same, 'variant')} {'is' if same == 1 else 'are'} the same as others and run only once")
     if len(different) > MOST_BUILT:
         say(f"  {MOST_BUILT} of {len(different)} different variants were built, the others only read")
     imported = {name: entry for each in different for name, entry in each.loaded.registry.found.items() if ":" in name}

@@ -31,11 +31,15 @@ PARTS: Final[Mapping[Section, tuple[str, tuple[str, ...]]]] = {
         "Devices (your own: path of a YAML file)",
         ("radio", "radio energy", "processor", "battery table"),
     ),
+    "radios": ("Radios (your own: path of a YAML file)", ("radio", "radio energy")),
+    "processors": ("Processors (your own: path of a YAML file)", ("processor",)),
     "faults": ("Faults", ("fault",)),
 }
 """Title of each section of models, and which parts stand in it."""
 
-OVERVIEW: Final[tuple[Section, ...]] = tuple(section for section in PARTS if section != "nodes")
+OVERVIEW: Final[tuple[Section, ...]] = tuple(
+    section for section in PARTS if section not in ("nodes", "radios", "processors")
+)
 """Sections of models of which an overview shows the main parts."""
 
 _DETAILS: Final = {part for _, parts in PARTS.values() for part in parts[1:]} - {"processor", "battery table"}

@@ -11,6 +11,8 @@ Section = Literal[
     "nodes",
     "batteries",
     "devices",
+    "radios",
+    "processors",
     "faults",
     "scenarios",
     "studies",

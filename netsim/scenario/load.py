@@ -23,6 +23,10 @@ MOST_NODES_WITHOUT_RANGE = 2_000
 MOST_ACK_DELAY_S = 1.5e-4
 """Half of what the acknowledgement wait (54 symbols) leaves after turnaround (12) and acknowledgement (22), 2.4 GHz."""
 
+MOST_LETTERS = 100
+FOLDER_NAME = f"at most {MOST_LETTERS} letters, digits, spaces and . _ - (results go into a folder of this name)"
+"""What a name must be, in words."""
+
 OPEN_PATHS = (("algorithm",), ("nodes", "*", "algorithm"))
 
 
@@ -146,10 +150,13 @@ def _across(scenario: Scenario, document: Document, registry: Registry) -> Itera
 
 def _file_name(scenario: Scenario, document: Document) -> Iterator[Finding]:
     """The name becomes the name of a folder."""
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._ -]*", scenario.name):
-        yield document.finding(
-            ("name",), "letters, digits, spaces and . _ - (results go into a folder of this name)", repr(scenario.name)
-        )
+    if not is_folder_name(scenario.name):
+        yield document.finding(("name",), FOLDER_NAME, repr(scenario.name))
+
+
+def is_folder_name(name: str) -> bool:
+    """Whether a name can be that of a folder everywhere."""
+    return len(name) <= MOST_LETTERS and re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._ -]*", name) is not None
 
 
 def _node_counts(scenario: Scenario, document: Document) -> Iterator[Finding]:

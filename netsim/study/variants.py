@@ -79,11 +79,21 @@ class Variants:
         if path not in self._read:
             if not path.is_file():
                 raise ScenarioError([_about(name, f"expected an existing scenario file, got `{name.value}`")])
-            self._read[path] = read_document(path)
+            self._read[path] = _scenario_document(path, name)
         document = self._read[path]
         for target, value in combination.values:
             document = assign(document, target, value)
         return path, document
+
+
+def _scenario_document(path: Path, name: Node) -> Document:
+    """A scenario file as read; a study in its place is refused in one line instead of many."""
+    document = read_document(path)
+    kind = document.root.child("kind")
+    if kind is not None and kind.value == "study":
+        text = f"expected a scenario file, got `{name.value}`, which is a study"
+        raise ScenarioError([_about(name, text)])
+    return document
 
 
 def _missing(loaded: LoadedScenario, first: Input, combination: Combination) -> list[Finding]:

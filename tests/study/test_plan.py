@@ -45,6 +45,12 @@ def test_traps_are_told_with_the_number_of_variants_in_them(tmp_path):
     assert warning.endswith("(1 of 2 variants)")
 
 
+def test_a_study_in_place_of_a_scenario_is_refused_in_one_line(tmp_path):
+    (tmp_path / "other.yaml").write_text(HEAD)
+    (found,) = findings_of(tmp_path, "sweep: [{name: base, cases: [{name: a, scenario: other.yaml}]}]\n")
+    assert found == "6: scenario: expected a scenario file, got `other.yaml`, which is a study"
+
+
 def test_tasks_go_repetition_by_repetition(tmp_path):
     plan = load_plan(write_study(tmp_path, first_repetition=3))
     tasks = plan.tasks(tmp_path)
