@@ -10,13 +10,14 @@ from netsim.errors import ScenarioError
 from netsim.metrics.catalogue import metric_of
 from netsim.study.cells import Cell, Figures, cells_of, figures_of
 from netsim.study.differences import EQUAL, HIGHER, LOWER, paired
+from netsim.study.samples import merged
 
 
 def pareto_set(summary: pd.DataFrame, error: str, cost: str) -> list[int]:
     """The variants whose means no other variant's dominate: at least as good in both, better in one.
 
-    Lower is better, unless the catalogue says higher. Of several variants with equal means, all are in the set; one without
-    a mean of both is not.
+    Lower is better, unless the catalogue says higher. Of several variants with equal means, be it but for rounding, all are
+    in the set; one without a mean of both is not.
 
     Args:
         summary: What `aggregate` gave, with both metrics.
@@ -24,10 +25,12 @@ def pareto_set(summary: pd.DataFrame, error: str, cost: str) -> list[int]:
         cost: The other.
 
     Returns:
-        Their numbers, from the best error to the lowest cost.
+        Their numbers, from the best error to the best cost.
     """
     means = [_means(summary, metric) for metric in (error, cost)]
-    points = sorted((means[0][variant], means[1][variant], variant) for variant in means[0].keys() & means[1].keys())
+    both = means[0].keys() & means[1].keys()
+    errors, costs = (merged({variant: each[variant] for variant in both}) for each in means)
+    points = sorted((errors[variant], costs[variant], variant) for variant in both)
     members, least = [], math.inf
     last: tuple[float, float] | None = None
     for first, second, variant in points:

@@ -40,6 +40,14 @@ def test_the_set_is_that_of_a_search_by_hand(points):
 
 
 @given(POINTS)
+def test_rounding_neither_beats_nor_parts_equals(points):
+    """A third of the points' values are shifted by less than sums are rounded: the set is the same."""
+    shaken = [(x * (1 + 1e-15 * (place % 3)), y * (1 - 1e-15 * (place % 2))) for place, (x, y) in enumerate(points)]
+    found = pareto_set(summary_of(shaken), "association_error", "energy_j")
+    assert set(found) == by_hand(points)
+
+
+@given(POINTS)
 def test_where_higher_is_better_the_catalogue_knows(points):
     mirrored = [(-first, second) for first, second in points]
     found = pareto_set(summary_of(mirrored, error="delivery_ratio_unicast"), "delivery_ratio_unicast", "energy_j")
