@@ -95,7 +95,7 @@ def are_equal(values: Sequence[Number]) -> bool:
 
 
 def merged(values: Mapping[int, float]) -> dict[int, float]:
-    """The same numbers by the same keys, those that differ by rounding only made one: the least of them.
+    """The same numbers by the same keys in the same order, those that differ by rounding only made one: the least of them.
 
     Args:
         values: Finite numbers.
@@ -107,7 +107,7 @@ def merged(values: Mapping[int, float]) -> dict[int, float]:
             least = values[key]
         last = values[key]
         found[key] = least
-    return found
+    return {key: found[key] for key in values}
 
 
 def welch(values: Sequence[Number], baseline: Sequence[Number]) -> Sample:
