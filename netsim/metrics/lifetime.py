@@ -9,7 +9,7 @@ self-discharge a year. It is an extrapolation: `assumptions` says in words what 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import median
+from statistics import median_low
 from typing import Annotated, Final, Literal
 
 from annotated_types import Ge, Lt
@@ -111,7 +111,7 @@ class Spread:
 
     Attributes:
         first: The one that dies first.
-        median_days: When half of them are dead.
+        median_days: When half of them are dead: of n, the ceil(n / 2)-th death.
         last: The one that dies last.
         count: How many they are.
     """
@@ -129,7 +129,7 @@ def spread_of(found: Sequence[Lifetime]) -> Spread | None:
         return None
     first = min(finite, key=lambda each: each.days)
     last = max(finite, key=lambda each: each.days)
-    return Spread(first, median(each.days for each in finite), last, len(finite))
+    return Spread(first, median_low(each.days for each in finite), last, len(finite))
 
 
 def assumptions(plan: DutyPlan, run: str, activity_s: float, deaths: int) -> list[str]:

@@ -16,7 +16,7 @@ import pandas as pd
 from netsim.errors import ScenarioError
 from netsim.study.cells import Cell, Figures, cells_of, figures_of
 from netsim.study.levels import label_of, words
-from netsim.study.samples import Sample, differences_of, holm, moments, sample_of, welch
+from netsim.study.samples import Sample, are_equal, differences_of, holm, moments, paired_sample, welch
 from netsim.study.schema import Level
 
 LOWER: Final = "lower"
@@ -29,20 +29,9 @@ TOO_FEW: Final = "too few pairs"
 """There is no interval: fewer than two pairs, or fewer than six that differ by the very same amount."""
 
 COLUMNS: Final = (
-    *(
-        "n",
-        "n_baseline",
-        "baseline_mean",
-        "mean",
-        "difference",
-        "se",
-        "low",
-        "high",
-        "relative",
-        "p",
-        "p_holm",
-        "verdict",
-    ),
+    *("n", "n_baseline", "baseline_mean", "mean"),
+    *("difference", "se", "low", "high", "relative"),
+    *("p", "p_holm", "verdict"),
 )
 
 
@@ -92,7 +81,7 @@ def paired(figures: Figures, cell: Cell, baseline: Cell) -> Difference:
     """The mean difference within pairs: trials of the same repetition and seed, both with a figure."""
     values, others = figures.pairs(cell, baseline)
     apart = differences_of(values, others)
-    sample = sample_of(apart)
+    sample = paired_sample(values, others)
     verdict = EQUAL if apart and not any(apart) else verdict_of(sample)
     return Difference(len(values), len(others), moments(others)[0], moments(values)[0], sample, verdict)
 
@@ -101,7 +90,7 @@ def unpaired(figures: Figures, cell: Cell, baseline: Cell) -> Difference:
     """The difference of the means, as if the trials had drawn independently (Welch)."""
     values, others = figures.of(cell), figures.of(baseline)
     sample = welch(values, others)
-    same = len({*values, *others}) == 1 and min(len(values), len(others)) > 0
+    same = are_equal([*values, *others]) and min(len(values), len(others)) > 0
     verdict = EQUAL if same else verdict_of(sample)
     return Difference(len(values), len(others), moments(others)[0], moments(values)[0], sample, verdict)
 

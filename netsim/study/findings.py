@@ -10,6 +10,7 @@ from netsim.reading import Document, Path, is_assignable, keys_of
 from netsim.reading.remedies import nearest
 from netsim.reading.scalars import show
 from netsim.study.axes import list_of, settings_of
+from netsim.study.levels import label_of
 from netsim.study.schema import Axis, Level, Study
 
 MOST_VARIANTS = 10_000
@@ -51,7 +52,7 @@ def _column(document: Document, path: Path, axis: Axis, columns: Mapping[str, ob
 def _labels(document: Document, path: Path, axis: Axis, labels: Sequence[Level]) -> Iterator[Finding]:
     if axis.labels is not None and len(axis.labels) != len(labels):
         yield document.finding((*path, "labels"), f"{len(labels)} labels, one a setting", str(len(axis.labels)))
-    texts = Counter(map(str, labels))
+    texts = Counter(map(label_of, labels))
     if twice := [text for text, count in texts.items() if count > 1]:
         remedy = "rename a case" if axis.cases is not None else "leave one out, or give `labels`"
         yield document.finding(path, "settings that are called differently", f"`{twice[0]}` twice", remedy)

@@ -10,13 +10,16 @@ from netsim.errors import ScenarioError
 from netsim.metrics.catalogue import metric_of
 from netsim.study.cells import Cell, Figures, cells_of, figures_of
 from netsim.study.differences import EQUAL, HIGHER, LOWER, paired
+from netsim.study.samples import CONFIDENCE, holm, merged
+
+BETTER, WORSE = "better", "worse"
 
 
 def pareto_set(summary: pd.DataFrame, error: str, cost: str) -> list[int]:
     """The variants whose means no other variant's dominate: at least as good in both, better in one.
 
-    Lower is better, unless the catalogue says higher. Of several variants with equal means, all are in the set; one without
-    a mean of both is not.
+    Lower is better, unless the catalogue says higher. Of several variants with equal means, be it but for rounding, all are
+    in the set; one without a mean of both is not.
 
     Args:
         summary: What `aggregate` gave, with both metrics.
@@ -24,10 +27,12 @@ def pareto_set(summary: pd.DataFrame, error: str, cost: str) -> list[int]:
         cost: The other.
 
     Returns:
-        Their numbers, from the best error to the lowest cost.
+        Their numbers, from the best error to the best cost.
     """
     means = [_means(summary, metric) for metric in (error, cost)]
-    points = sorted((means[0][variant], means[1][variant], variant) for variant in means[0].keys() & means[1].keys())
+    both = means[0].keys() & means[1].keys()
+    errors, costs = (merged({variant: each[variant] for variant in both}) for each in means)
+    points = sorted((errors[variant], costs[variant], variant) for variant in both)
     members, least = [], math.inf
     last: tuple[float, float] | None = None
     for first, second, variant in points:
@@ -37,45 +42,31 @@ def pareto_set(summary: pd.DataFrame, error: str, cost: str) -> list[int]:
     return members
 
 
-def pareto_candidates(trials: pd.DataFrame, error: str, cost: str) -> list[int]:
-    """The variants of which it is not shown that another dominates them, repetition by repetition.
+def pareto_candidates(
+    trials: pd.DataFrame, error: str, cost: str, groups: Sequence[Sequence[int]] | None = None
+) -> list[int]:
+    """The variants of which it is not shown that another of their group dominates them, repetition by repetition.
 
-    Another is shown to dominate where its paired difference is better (the 95 % interval excludes 0) in one metric, and in
-    the other better too or equal in every pair. The set is the more cautious one: it holds the true Pareto set's members
-    unless an interval errs, and beside them those that these few repetitions cannot tell from it.
+    Another is shown to dominate where its paired difference is better in one metric (the 95 % interval excludes 0, even
+    after Holm's adjustment for all pairs of the metric), and in the other better too or equal in every pair. The set is the
+    more cautious one: it holds the true Pareto sets' members unless an interval errs, and beside them those that these few
+    repetitions cannot tell from them.
 
     Args:
         trials: One row a trial.
         error: One metric.
         cost: The other.
+        groups: Numbers of the variants that are held against each other; None for all in one group.
 
     Returns:
         Their numbers in order; those without a figure of both are left out.
     """
     both = [figures_of(trials, metric) for metric in (error, cost)]
-    cells = [cell for cell in cells_of(trials, ()) if all(figures.of(cell) for figures in both)]
-    return [cell.variant for cell in cells if not any(_dominates(both, other, cell) for other in cells)]
-
-
-def indistinguishable(trials: pd.DataFrame, variants: Sequence[int], metrics: Sequence[str]) -> list[tuple[int, int]]:
-    """The pairs of some variants between which no metric shows a difference, repetition by repetition.
-
-    Args:
-        trials: One row a trial.
-        variants: Numbers of variants, such as a Pareto set.
-        metrics: Names of metrics.
-
-    Returns:
-        The pairs, in the order of `variants`.
-    """
-    cells = {cell.variant: cell for cell in cells_of(trials, ())}
-    figures = [figures_of(trials, metric) for metric in metrics]
-    pairs = combinations([cells[variant] for variant in variants if variant in cells], 2)
-    return [
-        (one.variant, other.variant)
-        for one, other in pairs
-        if not any(paired(each, other, one).verdict in (LOWER, HIGHER) for each in figures)
-    ]
+    cells = {cell.variant: cell for cell in cells_of(trials, ()) if all(figures.of(cell) for figures in both)}
+    lots = [list(cells)] if groups is None else [[number for number in lot if number in cells] for lot in groups]
+    pairs = [(cells[one], cells[other]) for lot in lots for one, other in combinations(lot, 2)]
+    beaten = _beaten(pairs, [_shown(figures, pairs) for figures in both])
+    return sorted({number for lot in lots for number in lot} - beaten)
 
 
 def sign_of(metric: str) -> int:
@@ -94,15 +85,23 @@ def _means(summary: pd.DataFrame, metric: str) -> dict[int, float]:
     return {int(variant): sign * mean for variant, mean in pairs if not math.isnan(mean)}
 
 
-def _dominates(both: Sequence[Figures], one: Cell, other: Cell) -> bool:
-    """Whether one variant is shown to dominate another."""
-    if one.variant == other.variant:
-        return False
-    better = False
-    for figures in both:
-        verdict = paired(figures, one, other).verdict
-        if verdict == (LOWER if sign_of(figures.metric) > 0 else HIGHER):
-            better = True
-        elif verdict != EQUAL:
-            return False
-    return better
+def _shown(figures: Figures, pairs: Sequence[tuple[Cell, Cell]]) -> list[str]:
+    """What is shown of the first of each pair: BETTER, WORSE, EQUAL, or else nothing."""
+    found = [paired(figures, one, other) for one, other in pairs]
+    words = {LOWER: BETTER, HIGHER: WORSE} if sign_of(figures.metric) > 0 else {LOWER: WORSE, HIGHER: BETTER}
+    words[EQUAL] = EQUAL
+    adjusted = holm([each.sample.p for each in found])
+    return [
+        words.get(each.verdict, "") if each.verdict == EQUAL or p < 1 - CONFIDENCE else ""
+        for each, p in zip(found, adjusted, strict=True)
+    ]
+
+
+def _beaten(pairs: Sequence[tuple[Cell, Cell]], shown: Sequence[Sequence[str]]) -> set[int]:
+    """The variants that another is shown to dominate: better in one metric, better or equal in the other."""
+    beaten = set()
+    for (one, other), *words in zip(pairs, *shown, strict=True):
+        for loser, won in ((other.variant, BETTER), (one.variant, WORSE)):
+            if won in words and all(word in (won, EQUAL) for word in words):
+                beaten.add(loser)
+    return beaten

@@ -2,9 +2,10 @@
 
 Pure functions of Python numbers. Sums are exactly rounded, so the order of the numbers changes no digit.
 
-Numbers that are all equal have no spread, and the t interval would claim certainty after two of them: two runs of a metric
-that counts in whole steps easily agree. There the exact permutation test decides (all signs, or all ways to deal the numbers
-to two samples, being equally likely), and unless it reaches 5 % - six pairs, or four against four - there is no interval.
+Numbers that are all equal, or equal but for rounding, have no spread, and the t interval would claim certainty after two of
+them: two runs of a metric that counts in whole steps easily agree. There the exact permutation test decides (all signs, or
+all ways to deal the numbers to two samples, being equally likely), and unless it reaches 5 % - six pairs, or four against
+four - there is no interval.
 
 References:
     Fisher (1935), "The Design of Experiments", section 21: permutation test.
@@ -15,7 +16,7 @@ References:
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -52,17 +53,28 @@ class Sample:
     p: float = math.nan
 
 
-def sample_of(values: Sequence[Number]) -> Sample:
+def sample_of(values: Sequence[Number], scale: float = 0.0) -> Sample:
     """Mean, standard deviation, standard error and t interval of independent numbers.
 
     Args:
         values: Finite numbers.
+        scale: Magnitude of what they were made of, should that be larger than they: how much of them is rounding.
     """
     n = len(values)
-    mean, sd = moments(values)
+    mean, sd = moments(values, scale)
     if n < 2:
         return Sample(n, mean)
     return _interval(Sample(n, mean, sd, sd / math.sqrt(n)), n - 1, 2**n)
+
+
+def paired_sample(values: Sequence[Number], baseline: Sequence[Number]) -> Sample:
+    """The mean of values less the baseline's, pair by pair; differences that are alike but for rounding have no spread.
+
+    Args:
+        values: Finite numbers.
+        baseline: As many.
+    """
+    return sample_of(differences_of(values, baseline), max(map(abs, (*values, *baseline)), default=0.0))
 
 
 def differences_of(values: Sequence[Number], baseline: Sequence[Number]) -> list[Number]:
@@ -75,6 +87,27 @@ def difference(a: Number, b: Number) -> Number:
     if isinstance(a, int) and isinstance(b, int):
         return a - b
     return 0 if abs(a - b) <= ROUNDING * max(abs(a), abs(b)) else a - b
+
+
+def are_equal(values: Sequence[Number]) -> bool:
+    """Whether there are numbers, and no two of them differ by more than rounding."""
+    return bool(values) and difference(max(values), min(values)) == 0
+
+
+def merged(values: Mapping[int, float]) -> dict[int, float]:
+    """The same numbers by the same keys in the same order, those that differ by rounding only made one: the least of them.
+
+    Args:
+        values: Finite numbers.
+    """
+    found: dict[int, float] = {}
+    last = least = math.nan
+    for key in sorted(values, key=lambda key: (values[key], key)):
+        if difference(values[key], last) != 0:
+            least = values[key]
+        last = values[key]
+        found[key] = least
+    return {key: found[key] for key in values}
 
 
 def welch(values: Sequence[Number], baseline: Sequence[Number]) -> Sample:
@@ -98,20 +131,27 @@ def welch(values: Sequence[Number], baseline: Sequence[Number]) -> Sample:
     return _interval(Sample(n, apart, math.nan, both), 1 / below, arrangements)
 
 
-def moments(values: Sequence[Number]) -> tuple[float, float]:
-    """Mean and standard deviation (n - 1 below the line); NaN where there are too few numbers."""
+def moments(values: Sequence[Number], scale: float = 0.0) -> tuple[float, float]:
+    """Mean and standard deviation (n - 1 below the line); NaN where there are too few numbers.
+
+    Args:
+        values: Finite numbers.
+        scale: As of `sample_of`.
+    """
     n = len(values)
     if n == 0:
         return math.nan, math.nan
     if min(values) == max(values):
         return float(values[0]), 0.0 if n > 1 else math.nan
     whole = all(isinstance(value, int) for value in values)
+    if not whole and max(values) - min(values) <= ROUNDING * max(scale, *map(abs, values)):
+        return math.fsum(values) / n, 0.0
     anchor = min(values) if whole else 0
     apart = [value - anchor for value in values]  # of integers exact, however large they are
     centre = math.fsum(apart) / n
-    scale = max(abs(value - centre) for value in apart)
-    squares = math.fsum(((value - centre) / scale) ** 2 for value in apart)
-    return sum(values) / n if whole else centre, scale * math.sqrt(squares / (n - 1))
+    widest = max(abs(value - centre) for value in apart)
+    squares = math.fsum(((value - centre) / widest) ** 2 for value in apart)
+    return sum(values) / n if whole else centre, widest * math.sqrt(squares / (n - 1))
 
 
 def holm(p: Sequence[float]) -> list[float]:

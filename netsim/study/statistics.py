@@ -15,7 +15,7 @@ import pandas as pd
 
 from netsim.study.cells import cells_of, figures_of
 from netsim.study.differences import paired_differences, unpaired_differences, variant_differences
-from netsim.study.pareto import indistinguishable, pareto_candidates, pareto_set
+from netsim.study.pareto import pareto_candidates, pareto_set
 from netsim.study.published import published_table
 from netsim.study.samples import holm, sample_of
 from netsim.study.verdicts import flips, verdicts
@@ -24,7 +24,6 @@ __all__ = [
     "aggregate",
     "flips",
     "holm",
-    "indistinguishable",
     "paired_differences",
     "pareto_candidates",
     "pareto_set",

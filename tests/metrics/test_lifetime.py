@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from netsim.errors import ScenarioError
 from netsim.metrics.lifetime import DutyPlan, NodeUse, assumptions, lifetimes, spread_of
@@ -85,6 +87,14 @@ def test_first_median_last():
     assert (spread.first.use.name, spread.last.use.name, spread.count) == ("a", "c", 3)
     assert spread.median_days == pytest.approx(20_000 / 205.124)
     assert spread_of(lifetimes(nodes[3:], DutyPlan(activities_per_day=100), 10.0)) is None
+
+
+@given(st.lists(st.floats(1, 1e6), min_size=1, max_size=9))
+def test_at_the_median_half_are_dead_and_no_sooner(capacities_j):
+    found = lifetimes([use(capacity_j=each) for each in capacities_j], DutyPlan(activities_per_day=100), 10.0)
+    half = spread_of(found).median_days
+    assert sum(each.days <= half for each in found) * 2 >= len(found)
+    assert sum(each.days < half for each in found) * 2 < len(found)
 
 
 def test_assumptions_are_said():

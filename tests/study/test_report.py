@@ -185,7 +185,10 @@ def test_without_the_baseline_nothing_is_said_against_it(tmp_path, words_only):
     written(tmp_path, TOLERANCES, 3, lambda levels, rep: None if levels["tolerance"] == 0 else figures(levels, rep))
     text = report(tmp_path)
     assert "**" not in verdict_table(text)
-    assert "too few pairs to tell" in section(text, "Answer")
+    assert "no pairs to compare" in section(text, "Answer")
+    assert "has a pair with its baseline (they have no repetition in common)" in section(
+        text, "Assumptions and caveats"
+    )
     assert "(against the baseline" not in section(text, "Answer")
     assert list(difference_plots(view_of(load_study(tmp_path)))) == []
 
@@ -260,6 +263,7 @@ def test_published_figures_stand_beside_the_measured_ones(tmp_path, words_only):
     written(tmp_path, TOLERANCES, 5, published=[figure, other])
     rows = cells(section(report(tmp_path), "Published figures"))
     assert rows[1][0:3] == ["association error", "tolerance=1", "0.25 ± 0.011"]
+    assert rows[1][4].endswith("(±2.8)")  # Student's t of four degrees of freedom, not 1.96
     assert rows[1][6:] == ["Chen 2006, Table I", "a note"]
     assert [row[0] for row in rows[2:]] == ["energy"] * 3  # given for every variant
     assert rows[2][2] == "11"

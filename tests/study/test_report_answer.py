@@ -89,7 +89,7 @@ def test_differences_stand_under_their_own_metric_whatever_the_order_asked_for(t
     table = next(iter(difference_tables(view_of(load_study(tmp_path)))))
     row = dict(zip(table.header, table.rows[0], strict=True))
     assert row["association error"].startswith("**+0.0")
-    assert row["energy (J)"].startswith("**\N{MINUS SIGN}1.0")
+    assert row["energy (J)"].startswith("**\N{MINUS SIGN}1\N{NO-BREAK SPACE}")
     assert [cell for title, cell in row.items() if "finished" in title] == ["equal"]
 
 
@@ -146,6 +146,6 @@ def test_members_of_a_pareto_set_that_are_alike_are_said_to_be(tmp_path):
     def law(levels, repetition):
         return {"association_error": 0.3, "energy_j": 2.0 if levels["radio"] == "C" else 1.0}
 
-    written(tmp_path, {"radio": ["A", "B", "C"]}, 6, law, costs=("energy_j",))
+    written(tmp_path, {"radio": ["A", "B", "C"]}, 8, law, costs=("energy_j",))
     bullets = next(block for block in answer(view_of(load_study(tmp_path))) if isinstance(block, Bullets))
     assert bullets.items[-1].endswith("from the best error to the least cost: A = B.")

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from netsim.study.samples import holm, moments, sample_of, welch
+from netsim.study.samples import are_equal, holm, merged, moments, paired_sample, sample_of, welch
 
 NUMBERS = st.lists(st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6), min_size=2, max_size=12)
 
@@ -67,3 +67,35 @@ def test_holms_values_reject_what_the_step_down_procedure_rejects(p):
             break
         rejected.add(index)
     assert {index for index, value in enumerate(holm(p)) if value < 0.05} == rejected
+
+
+@given(st.lists(st.integers(0, 60), min_size=2, max_size=5), st.integers(-59, 59).filter(bool), st.integers(2, 97))
+def test_differences_of_shares_that_are_equal_but_for_rounding_have_no_interval_below_six(counts, step, whole):
+    """k/n - (k + step)/n is -step/n for every k, up to rounding: the very same difference in every pair."""
+    sample = paired_sample([count / whole for count in counts], [(count + step) / whole for count in counts])
+    assert sample.mean == pytest.approx(-step / whole)
+    assert (sample.sd, math.isnan(sample.low)) == (0.0, True)
+    assert sample.p == pytest.approx(2 / 2 ** len(counts))
+
+
+@given(st.integers(6, 12), st.floats(0.01, 100), st.floats(1e3, 1e6))
+def test_rounding_is_a_share_of_what_was_subtracted_not_of_the_difference(n, step, size):
+    base = [size * (1 + number / 7) for number in range(n)]
+    sample = paired_sample([value + step for value in base], base)
+    assert (sample.sd, sample.low) == (0.0, sample.high)
+    assert sample.p == pytest.approx(2 / 2**n)
+
+
+def test_numbers_that_are_equal_but_for_rounding_have_no_spread():
+    assert math.isnan(sample_of([0.1 + 0.2, 0.3]).low)
+    assert math.isnan(welch([0.1 + 0.2, 0.3], [0.5, 0.5]).low)
+    assert welch([0.1 + 0.2, 0.3], [0.5, 0.5]).p == pytest.approx(1 / 3)  # two of the six ways to deal four
+    assert sample_of([0.3, 0.3 * (1 + 1e-9)]).sd > 0
+    assert are_equal([0.1 + 0.2, 0.3])
+    assert not are_equal([])
+    assert not are_equal([10**17, 10**17 + 1])
+
+
+def test_numbers_that_differ_by_rounding_are_merged_and_others_kept():
+    assert merged({4: 0.1 + 0.2, 1: 0.3, 2: 0.1, 3: 0.3001}) == {4: 0.3, 1: 0.3, 2: 0.1, 3: 0.3001}
+    assert merged({}) == {}

@@ -248,3 +248,23 @@ def test_p_is_adjusted_for_the_comparisons_of_its_own_metric():
     for metric in ("deviation", "frames"):
         rows = found[found["metric"] == metric]
         assert rows["p_holm"].tolist() == holm(rows["p"].tolist())
+
+
+@pytest.mark.parametrize("compare", [paired_differences, unpaired_differences])
+def test_a_share_off_by_the_same_steps_in_two_pairs_is_no_verdict(compare):
+    info = study({"algorithm": ["a", "b"]}, 2)
+    errors = {
+        "a": (3, 3) if compare is unpaired_differences else (3, 5),
+        "b": (2, 2) if compare is unpaired_differences else (2, 4),
+    }
+    table = trials(info, lambda levels, n: {"association_error": 0.1 * errors[levels["algorithm"]][n] / 1.2})
+    row = compare(table, ["algorithm"], "algorithm", "a", ["association_error"]).iloc[0]
+    assert row["verdict"] == "too few pairs"
+    assert not row["p_holm"] < 0.05
+
+
+def test_independent_samples_that_are_equal_but_for_rounding_are_equal():
+    info = study({"algorithm": ["a", "b"]}, 2)
+    table = trials(info, lambda levels, n: {"energy_j": 0.1 + 0.2 if levels["algorithm"] == "a" else 0.3})
+    row = unpaired_differences(table, ["algorithm"], "algorithm", "a", ["energy_j"]).iloc[0]
+    assert row["verdict"] == "equal"

@@ -23,7 +23,7 @@ _FIGURES = grouped(
         "lifetime_median_days",
         "day",
         "higher",
-        "Until half of the nodes on batteries are dead (median of their days).",
+        "Until half of the nodes on batteries are dead: of n, the ceil(n / 2)-th death.",
         PLANNED,
     ),
     (

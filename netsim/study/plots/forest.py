@@ -60,6 +60,12 @@ def difference_plots(view: View) -> Iterator[Plot]:
         f"{what} from {base} within repetitions, relative to the baseline's mean, with its 95 % interval. Filled: other "
         "than 0 (or equal in every pair), even after Holm's adjustment for all comparisons of the metric; hollow: undecided."
     )
+    without = sum(_is_without(row) for metric in metrics for row in _known(view, metric) if _key(view, row) in keys)
+    if without:
+        caption += (
+            f" Not drawn: {without} difference{'s' if without > 1 else ''} from a baseline of 0, which have no "
+            "relative size (see the table)."
+        )
     caption += f" The first {len(keys)} of {len(every)} rows." if len(keys) < len(every) else ""
     yield Plot("differences", figure, caption, f"Paired differences against {base}")
 
@@ -136,6 +142,11 @@ def _known(view: View, metric: str) -> list[Row]:
     )
 
 
+def _is_without(row: Row) -> bool:
+    """Whether a difference has no size relative to the baseline."""
+    return math.isnan(row["relative"])
+
+
 def _key(view: View, row: Row) -> str:
     """A row's setting and level in words."""
     axis = str(view.info.compare_axis)
@@ -158,7 +169,7 @@ def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> No
     panel.axvline(0, color=INK, lw=1)
     for row in _known(view, metric):
         key, base = _key(view, row), abs(float(row["baseline_mean"]))
-        if key not in keys or base == 0:
+        if key not in keys or _is_without(row):
             continue
         colour = colours.get(label_of(row[axis.name]), SOFT)
         sure = decided(row) in (LOWER, HIGHER, EQUAL)

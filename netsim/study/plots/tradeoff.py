@@ -29,7 +29,7 @@ from netsim.study.plots.style import (
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of, title_of, title_with
-from netsim.study.reporting.phrases import bracketed, pareto_chain
+from netsim.study.reporting.phrases import and_list, bracketed, pareto_chain
 from netsim.study.reporting.view import View
 
 MOST_SETTINGS = 9
@@ -85,7 +85,7 @@ def _caption(view: View, wanted: Sequence[Panel]) -> str:
     for cost, where, variants in wanted:
         sets.setdefault(pareto_chain(view, cost, variants), []).append(bracketed(plain(where)) or title_of(cost))
     pareto = "; ".join(f"{' / '.join(where)}: {names}" for names, where in sets.items())
-    costs = dict.fromkeys(title_of(cost) for cost, _, _ in wanted)
+    costs = list(dict.fromkeys(cost for cost, _, _ in wanted))
     count = len(view.settings)
     more = f" The first {MOST_SETTINGS} of {count} settings." if len(costs) == 1 and count > MOST_SETTINGS else ""
     bars = (
@@ -95,11 +95,19 @@ def _caption(view: View, wanted: Sequence[Panel]) -> str:
     )
     bars += " Costs lie decades apart: each panel has a scale of its own." if _apart(view, wanted) else ""
     side = "above" if better_of(error) == "higher" else "below"
-    title = title_of(error)
+    title, against = title_of(error), " / ".join(map(title_of, costs))
     return (
-        f"{title[0].upper()}{title[1:]} against {' / '.join(costs)}; better is {side} and to the left.{bars} Ringed and "
-        f"joined by the grey line: the Pareto set of the means ({pareto}).{more}"
+        f"{title[0].upper()}{title[1:]} against {against}; better is {side} and {_towards(costs)}.{bars} Ringed and joined "
+        f"by the grey line: the Pareto set of the means ({pareto}).{more}"
     )
+
+
+def _towards(costs: Sequence[str]) -> str:
+    """On which side the better costs are."""
+    higher = [cost for cost in costs if better_of(cost) == "higher"]
+    if len(higher) in (0, len(costs)):
+        return f"to the {'right' if higher else 'left'}"
+    return f"to the left, of {and_list(list(map(title_of, higher)))} to the right"
 
 
 def _point(view: View, variant: int, cost: str) -> tuple[float, float] | None:

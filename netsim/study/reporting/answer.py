@@ -12,13 +12,17 @@ from netsim.study.reporting.phrases import (
     and_list,
     bracketed,
     difference_of,
+    missing,
     pareto_chain,
     relative_range,
+    rivals,
     rows_of,
+    sides_of,
     value_of,
     verdict_of,
 )
 from netsim.study.reporting.view import View
+from netsim.study.samples import merged
 from netsim.study.statistics import verdicts
 
 MOST_SETTINGS = 6
@@ -49,7 +53,7 @@ def _in_words(view: View) -> Iterator[str]:
     for metric in view.compared:
         for row in verdicts(view.results.trials, view.info, metric).to_dict("records"):
             name = plain(level_name(axis, row["level"]))
-            levels.setdefault(name, {}).setdefault(_overall(metric, row), []).append(title_of(metric))
+            levels.setdefault(name, {}).setdefault(_overall(view, metric, row), []).append(title_of(metric))
     for name, found in list(levels.items())[:MOST_SENTENCES]:
         if len(found) == 1 and len(view.compared) > 1:
             yield f"**{name}** against {plain(level_name(axis, view.info.baseline))}: {next(iter(found))} in every metric."
@@ -58,18 +62,33 @@ def _in_words(view: View) -> Iterator[str]:
         yield f"**{name}** against {plain(level_name(axis, view.info.baseline))}: {said}."
 
 
-def _overall(metric: str, row: Mapping[str, Any]) -> str:
+def _overall(view: View, metric: str, row: Mapping[str, Any]) -> str:
     """A metric's verdict over all settings."""
-    total, words = int(row["combinations"]), {LOWER: _sense(metric, LOWER), HIGHER: _sense(metric, HIGHER)}
-    some = [words[verdict] for verdict in (LOWER, HIGHER) if row[verdict]]
-    if len(some) == 2:
+    if row[LOWER] and row[HIGHER]:
         return "better or worse, depending on the setting," if better_of(metric) else "lower or higher, by setting,"
-    if some:
-        count = int(row[LOWER] + row[HIGHER])
-        return some[0] if count == total else f"{some[0]} in {count} of {total} settings, undecided in the others,"
-    if row["equal"] == total:
-        return "equal"
-    return "too few pairs to tell" if row["too_few"] == total else "undecided"
+    if not _has_pairs(view, metric, row):
+        return "no pairs to compare"
+    counts = {
+        _sense(metric, LOWER): int(row[LOWER]),
+        _sense(metric, HIGHER): int(row[HIGHER]),
+        "undecided": int(row["undecided"]),
+        "equal": int(row["equal"]),
+        "too few pairs to tell": int(row["too_few"]),
+    }
+    (first, count), *others = ((word, number) for word, number in counts.items() if number)
+    if not others:
+        return first
+    total = int(row["combinations"])
+    if len(others) == 1:
+        rest = f"{others[0][0]} in the other{'s' if others[0][1] > 1 else ''}"
+    else:
+        rest = and_list([f"{word} in {number}" for word, number in others])
+    return f"{first} in {count} of {total} settings, {rest},"
+
+
+def _has_pairs(view: View, metric: str, row: Mapping[str, Any]) -> bool:
+    """Whether a level has a repetition in common with the baseline in any setting."""
+    return bool(rows_of(view, metric, {str(view.info.compare_axis): row["level"]}))
 
 
 def _order(item: tuple[str, list[str]]) -> int:
@@ -114,6 +133,8 @@ def _verdict(view: View, metric: str, row: Mapping[str, Any]) -> str:
     """One metric of one level over all settings."""
     axis, total = str(view.info.compare_axis), int(row["combinations"])
     rows = rows_of(view, metric, {axis: row["level"]})
+    if not rows:
+        return "no pairs"
     counts = {
         _sense(metric, LOWER): int(row["lower"]),
         _sense(metric, HIGHER): int(row["higher"]),
@@ -134,7 +155,7 @@ def _sense(metric: str, verdict: str) -> str:
 
 
 def _extremes(view: View) -> Iterator[str]:
-    """The variants of least error and least cost, each against the baseline in the same setting."""
+    """The variants of best error and best cost, each against the baseline in the same setting."""
     if len(view.settings) > MOST_SETTINGS:
         return
     for where, variants in view.settings.items():
@@ -149,7 +170,7 @@ def _least_error(view: View, variants: Sequence[int]) -> Iterator[str]:
         return
     title = title_of(view.error)
     text = f"{'Highest' if better_of(view.error) == 'higher' else 'Lowest'} mean {title}: {_names(view, best)}"
-    text += f" with {value_of(view, best[0], view.error)}"
+    text += f" with {value_of(view, best[0], view.error)}{missing(view, (view.error,), variants)}"
     rows = rows_of(view, view.error, view.levels(best[0]))
     yield f"{text} (against the baseline {difference_of(view, rows[0])})." if rows else f"{text}{_base(view, best)}."
 
@@ -172,7 +193,9 @@ def _cheapest(view: View, variants: Sequence[int]) -> Iterator[str]:
         )  # of the best error it is said already
         rows = [] if told else rows_of(view, str(view.error), view.levels(best[0]))
         price = f"; its {title_of(rows[0]['metric'])} {difference_of(view, rows[0])}" if rows else ""
-        yield f"Least on average in {and_list(parts)}: {_names(view, best)}{price or _base(view, best)}."
+        most = sides_of(costs, "Least", "Most", "Best")
+        names = f"{_names(view, best)}{missing(view, costs, variants)}"
+        yield f"{most} on average in {and_list(parts)}: {names}{price or _base(view, best)}."
 
 
 def _base(view: View, variants: Sequence[int]) -> str:
@@ -183,10 +206,10 @@ def _base(view: View, variants: Sequence[int]) -> str:
 
 
 def _best(view: View, metric: str, variants: Sequence[int]) -> list[int]:
-    """The variants whose mean is best; none if all are equal."""
+    """The variants whose mean is best; none if all are equal, be it but for rounding."""
     sign = -1 if better_of(metric) == "higher" else 1
     means = {variant: sign * view.estimate(variant, metric).mean for variant in variants}
-    known = {variant: mean for variant, mean in means.items() if not math.isnan(mean)}
+    known = merged({variant: mean for variant, mean in means.items() if not math.isnan(mean)})
     if len(set(known.values())) < 2:
         return []
     return [variant for variant, mean in known.items() if mean == min(known.values())]
@@ -206,17 +229,19 @@ def _pareto(view: View) -> Iterator[str]:
         return
     by_text: dict[str, list[str]] = {}
     for cost in view.costs:
-        by_text.setdefault(_members(view, cost), []).append(title_of(cost))
+        by_text.setdefault(_members(view, cost), []).append(cost)
     for text, costs in by_text.items():
-        against = f"each of {and_list(costs)}" if len(costs) > 1 else costs[0]
-        yield f"**Pareto set** of {title_of(view.error)} and {against}, from the best error to the least cost: {text}."
+        against = f"each of {and_list(list(map(title_of, costs)))}" if len(costs) > 1 else title_of(costs[0])
+        end = sides_of(costs, "least", "best", "best")
+        yield f"**Pareto set** of {title_of(view.error)} and {against}, from the best error to the {end} cost: {text}."
 
 
 def _members(view: View, cost: str) -> str:
     """The members within each setting: `ideal and csma: A → B; lpl: A`."""
     found: dict[str, list[str]] = {}
     for where, variants in view.settings.items():
-        found.setdefault(pareto_chain(view, cost, variants), []).append(bracketed(plain(where)))
+        text = pareto_chain(view, cost, variants) + rivals(view, cost, variants)
+        found.setdefault(text, []).append(bracketed(plain(where)))
     if len(found) == 1:
         return next(iter(found)) + (" in every setting" if len(view.settings) > 1 else "")
     return "; ".join(f"{and_list(places)}: {members}" for members, places in found.items())

@@ -8,6 +8,8 @@ HARD_SPACE = "\N{NO-BREAK SPACE}"
 MINUS = "\N{MINUS SIGN}"
 PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
 MOST_DECIMALS = 9
+MOST_DIGITS = 6
+"""Of a mean with its interval, however narrow that is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +82,20 @@ def with_half(mean: float, half: float, scale: Scale, *, sign: bool = False) -> 
         sign: Whether a sign is to be shown always.
     """
     mean, half = mean * scale.factor, half * scale.factor
-    decimals = decimals_of(half)
-    shown = (signed if sign else number)(mean, decimals)
+    decimals, most = decimals_of(half), _most_decimals(mean)
+    is_cut = decimals is not None and decimals > most
+    shown = (signed if sign else number)(mean, most if is_cut else decimals)
     if math.isnan(half) or math.isnan(mean):
         return shown
-    return f"{shown}{HARD_SPACE}±{HARD_SPACE}{number(half, decimals) if half > 0 else '0'}"
+    spread = number(half, digits=2) if is_cut else number(half, decimals)
+    return f"{shown}{HARD_SPACE}±{HARD_SPACE}{spread if half > 0 else '0'}"
+
+
+def _most_decimals(mean: float) -> int:
+    """Digits after the point with which a mean has MOST_DIGITS that count."""
+    if not math.isfinite(mean) or mean == 0:
+        return MOST_DECIMALS
+    return max(0, MOST_DIGITS - 1 - math.floor(math.log10(abs(mean))))
 
 
 def interval(low: float, high: float, scale: Scale) -> str:

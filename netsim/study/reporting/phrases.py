@@ -10,7 +10,7 @@ from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import better_of
 from netsim.study.reporting.numbers import decimals_of, interval, percent, signed, with_half
 from netsim.study.reporting.view import View
-from netsim.study.samples import CONFIDENCE
+from netsim.study.samples import CONFIDENCE, merged
 
 Row = Mapping[str, Any]
 """A row of the paired differences."""
@@ -54,10 +54,13 @@ def difference_of(view: View, row: Row) -> str:
 
 
 def relative_range(rows: Iterable[Row]) -> str:
-    """From the least relative difference of some rows to the largest: `−83 % to −77 %`."""
+    """From the least relative difference of some rows to the largest: `−83 % to −77 %`; says where there is none."""
+    rows = list(rows)
     shares = [float(row["relative"]) for row in rows if math.isfinite(row["relative"])]
     ends = [percent(share) for share in (min(shares), max(shares))] if shares else []
-    return " to ".join(dict.fromkeys(ends))
+    left = len(rows) - len(shares)
+    told = f" (baseline 0 in {left} of {len(rows)})" if shares and left else ""
+    return " to ".join(dict.fromkeys(ends)) + told
 
 
 def rows_of(view: View, metric: str, levels: Mapping[str, Any]) -> list[Row]:
@@ -70,13 +73,43 @@ def rows_of(view: View, metric: str, levels: Mapping[str, Any]) -> list[Row]:
 
 
 def pareto_chain(view: View, cost: str, variants: Sequence[int]) -> str:
-    """A Pareto set from the best error on, those with the same means joined: `a → b = c`; `none` for an empty one."""
-    left_out = [axis.name for axis in view.conditions]
-    alike: dict[tuple[float, float], list[str]] = {}
-    for number in view.pareto(cost, variants):
-        means = view.estimate(number, str(view.error)).mean, view.estimate(number, cost).mean
-        alike.setdefault(means, []).append(plain(view.name(number, left_out)))
-    return chain([" = ".join(_few(names)) for names in alike.values()]) or "none"
+    """A Pareto set from the best error on, those with the same means joined: `a → b = c`; `none` for an empty one.
+
+    Variants that lack a figure in some trial are named: what is missing may be the best or the worst.
+    """
+    members = view.pareto(cost, variants)
+    both = (str(view.error), cost)
+    means = [merged({number: view.estimate(number, metric).mean for number in members}) for metric in both]
+    alike: dict[tuple[float, ...], list[str]] = {}
+    for number in members:
+        alike.setdefault(tuple(each[number] for each in means), []).append(name_within(view, number))
+    return (chain([" = ".join(_few(names)) for names in alike.values()]) or "none") + missing(view, both, variants)
+
+
+def missing(view: View, metrics: Sequence[str], variants: Sequence[int]) -> str:
+    """Which of some variants lack a figure of one of the metrics in some trial: ` (not every trial has a figure: a)`."""
+    found = [number for number in variants if not all(view.is_whole(number, metric) for metric in metrics)]
+    names = _few([name_within(view, number) for number in found])
+    return f" (not every trial has a figure: {', '.join(names)})" if names else ""
+
+
+def rivals(view: View, cost: str, variants: Sequence[int]) -> str:
+    """The variants outside the Pareto set of the means of which it is not shown that another dominates them."""
+    members = view.pareto(cost, variants)
+    found = [number for number in variants if number in view.candidates(cost) and number not in members]
+    names = _few([name_within(view, number) for number in found])
+    return f" (not shown to be dominated: {', '.join(names)})" if names else ""
+
+
+def name_within(view: View, variant: int) -> str:
+    """A variant in words, without the circumstances."""
+    return plain(view.name(variant, [axis.name for axis in view.conditions]))
+
+
+def sides_of(metrics: Sequence[str], lower: str, higher: str, mixed: str) -> str:
+    """A word for which way some metrics are better; those of which that is not known count as lower."""
+    found = {better_of(metric) == "higher" for metric in metrics}
+    return mixed if len(found) > 1 else higher if True in found else lower
 
 
 def _few(names: Sequence[str], most: int = 4) -> list[str]:

@@ -1,9 +1,11 @@
 """The sections of a report, in the order in which a reader asks."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from netsim.errors import ScenarioError
 from netsim.metrics.catalogue import metric_of
+from netsim.study.cells import cells_of
 from netsim.study.info import STUDY_FILE
 from netsim.study.reporting import tables
 from netsim.study.reporting.answer import answer
@@ -135,7 +137,7 @@ def _caveats(view: View) -> Iterator[str]:
             f"All but constant, within {100 * ALL_BUT_CONSTANT:g} % for all variants of a setting, and so left out of the "
             f"answer and of the plots: {names}. The tables have them; `costs:` in the study brings them back."
         )
-    if "energy_j" in view.shown:
+    if "energy_j" in view.shown and "energy_j" not in view.constant:
         yield (
             "Where radios listen all the time, `energy_j` is all but constant; `energy_beyond_listening_j` leaves out "
             "listening and sleep, and shows what the algorithms do."
@@ -154,12 +156,28 @@ def _of_intervals(view: View) -> Iterator[str]:
             f"Intervals are Student's t at 95 % over at most {n} repetitions: exact for normal figures, {few}. One in "
             "twenty misses."
         )
-        yield (
-            "In one repetition all variants see the same targets, noise and shadowing; differences are taken within "
-            "repetitions, which makes them sharper than the overlap of two intervals suggests."
-        )
+        yield from _of_pairs(view)
     if len(view.variants) > 1 and view.error is not None:
         yield "Pareto sets are those of the means: where intervals overlap, other repetitions may change the members."
+
+
+def _of_pairs(view: View) -> Iterator[str]:
+    """Whether variants drew the same random numbers, and so can be compared in pairs."""
+    if len(view.variants) < 2:
+        return
+    found = Counter(draw for cell in cells_of(view.ended, ()) for draw in cell.rows)
+    where = "one repetition of one seed" if len(view.info.seeds) > 1 else "one repetition"
+    if max(found.values()) > 1:
+        yield (
+            f"In {where} all variants see the same targets, noise and shadowing; differences are taken within "
+            "repetitions, which makes them sharper than the overlap of two intervals suggests."
+        )
+    if view.differences is not None and not (view.differences["n"] > 0).any():
+        why = "their seeds differ" if len(view.info.seeds) > 1 else "they have no repetition in common"
+        yield (
+            f"No variant has a pair with its baseline ({why}): differences within repetitions are not known, and those of "
+            "the means are not tested."
+        )
 
 
 def _of_trials(view: View) -> Iterator[str]:

@@ -9,11 +9,13 @@ from netsim.metrics.catalogue import metric_of
 from netsim.study.differences import EQUAL, HIGHER, LOWER
 from netsim.study.levels import label_of
 from netsim.study.reporting.blocks import Table, code, plain, prose
-from netsim.study.reporting.names import better_of, title_of, title_with
+from netsim.study.reporting.names import title_of, title_with
 from netsim.study.reporting.numbers import decimals_of, number, percent, signed, with_half
 from netsim.study.reporting.phrases import Row, decided
 from netsim.study.reporting.view import View
-from netsim.study.statistics import published_table, variant_differences
+from netsim.study.reporting.winners import clear_winners
+from netsim.study.samples import quantile
+from netsim.study.statistics import published_table
 
 METRICS_A_TABLE = 5
 """So many metrics stand side by side, and fit on a page."""
@@ -56,8 +58,9 @@ def published(view: View) -> Table | None:
     header = ("metric", "at", "published", "measured", "difference in SE", "n", "source", "note")
     caption = (
         "Published: value ± its standard error, where that is known. Measured: mean ± standard error (not the interval). "
-        "Difference: in standard errors of the difference, so that within ±2 the two agree; where the published "
-        "figure has none, in those of the measured one alone, which makes it look larger than it is."
+        "Difference: in standard errors of the difference; the two agree where it is within the bound in brackets, "
+        "Student's t at 95 % for n − 1 degrees of freedom. Where the published figure has none, in those of the measured "
+        "one alone, which makes it look larger than it is."
     )
     return Table(header, tuple(map(_published_row, rows)), 2, 2, caption)
 
@@ -113,7 +116,7 @@ def failures(view: View, most: int = 20) -> Table | None:
 
 
 def _result_table(view: View, metrics: Sequence[str], *, is_last: bool) -> Table:
-    best = {metric: set(_clear_winners(view, metric)) for metric in metrics}
+    best = {metric: clear_winners(view, metric) for metric in metrics}
     chosen = _chosen(view)
     header = (*_head(view), "n", *(title_with(metric, view.scale(metric).unit) for metric in metrics))
     rows = []
@@ -130,7 +133,10 @@ def _result_caption(view: View, shown: int) -> str:
     text += "." if len(view.info.repetitions) > 1 else "; with one repetition there is no interval."
     if len(view.info.repetitions) > 1 and len(view.variants) > 1:
         where = " of its setting" if view.conditions else ""
-        text += f" **Bold**: better than every other variant{where}, the interval of each paired difference excludes 0."
+        text += (
+            f" **Bold**: better than every other variant{where}, the interval of each paired difference excludes 0 even "
+            "after Holm's adjustment; nothing is bold where a trial lacks the figure."
+        )
     if shown < len(view.variants):
         text += f" {shown} of {len(view.variants)} variants: the baseline and the Pareto sets first; all are in summary.csv."
     return text
@@ -147,24 +153,6 @@ def _chosen(view: View) -> list[int]:
     ]
     order = dict.fromkeys((*members, *first, *view.variants))
     return sorted(list(order)[:MOST_ROWS])
-
-
-def _clear_winners(view: View, metric: str) -> Iterator[int]:
-    """In each setting the variant that is better in a metric than every other, beyond doubt."""
-    better = better_of(metric)
-    if not better:
-        return
-    wanted = HIGHER if better == "lower" else LOWER  # what the others must be
-    for variants in view.settings.values():
-        known = [variant for variant in variants if view.estimate(variant, metric).n > 1]
-        if len(known) < 2:
-            continue
-        sign = 1 if better == "lower" else -1
-        best = min(known, key=lambda variant: sign * view.estimate(variant, metric).mean)
-        others = [variant for variant in known if variant != best]
-        found = variant_differences(view.results.trials, best, others, [metric])["verdict"].tolist()
-        if all(verdict == wanted for verdict in found):
-            yield best
 
 
 def _cell(view: View, variant: int, metric: str, trials: int, is_best: bool) -> str:
@@ -218,11 +206,17 @@ def _published_row(row: dict[Any, Any]) -> tuple[str, ...]:
         f"{value} ± {number(float(row['published_se']), digits=2)}" if known else value,
         f"{number(float(row['measured']), decimals)} ± {number(float(row['se']), decimals)}" if row["n"] > 1
         else number(float(row["measured"])),
-        signed(float(row["z"]), 1),
+        _apart(float(row["z"]), int(row["n"])),
         str(row["n"]),
         plain(row["source"]),
         plain(row["note"]),
     )  # fmt: skip
+
+
+def _apart(z: float, n: int) -> str:
+    """A difference in standard errors, and the bound within which two figures agree."""
+    shown = signed(z, 1)
+    return f"{shown} (±{number(quantile(n - 1), 1)})" if n > 1 and math.isfinite(z) else shown
 
 
 def _days(view: View, variant: int, name: str) -> str:

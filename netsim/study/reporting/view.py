@@ -1,6 +1,7 @@
 """A study's results, looked at in one way: which metrics, which axes are choices, what the statistics say."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +16,7 @@ from netsim.study.levels import label_of
 from netsim.study.reporting.names import unit_of, variant_name
 from netsim.study.reporting.numbers import Scale, scale_for
 from netsim.study.results import StudyResults
-from netsim.study.statistics import aggregate, paired_differences, pareto_set
+from netsim.study.statistics import aggregate, paired_differences, pareto_candidates, pareto_set
 
 CIRCUMSTANCES = ("fidelity", "medium", "problem", "field", "faults", "duration_s", "seed", "duty_plan")
 """Sections of a scenario that say how the world is. The other ones are a designer's choice."""
@@ -25,6 +26,9 @@ PLACES = ("placement", "mobility", "name", "role")
 """What says so of a group of nodes."""
 ALL_BUT_CONSTANT = 5e-3
 """A usual cost whose means spread by less than this share within every setting tells nobody what to choose."""
+
+MOST_PAIRS = 1500
+"""Among more pairs of variants it is not looked for those that repetitions cannot tell from a Pareto set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +172,36 @@ class View:
         spreads = [max(group) - min(group) <= ALL_BUT_CONSTANT * max(map(abs, group)) for group in means if group]
         return all(spreads) and any(len(group) > 1 for group in means)
 
+    @cached_property
+    def trial_counts(self) -> Mapping[int, int]:
+        """How many trials of each variant have ended."""
+        return Counter(map(int, self.ended["variant"].tolist()))
+
+    def is_whole(self, variant: int, metric: str) -> bool:
+        """Whether every trial of a variant that ended has a figure of a metric."""
+        return self.estimate(variant, metric).n == self.trial_counts[variant]
+
     def pareto(self, cost: str, variants: Sequence[int]) -> list[int]:
         """Those of some variants that no other of them beats in error and cost at once, from the best error on."""
         if self.error is None or cost == self.error:
             return []
         rows = self.summary[self.summary["variant"].isin(variants)]
         return pareto_set(rows, self.error, cost)
+
+    def candidates(self, cost: str) -> list[int]:
+        """The variants of which it is not shown that another of their setting dominates them; none with too many pairs."""
+        groups = list(self.settings.values())
+        pairs = sum(math.comb(len(group), 2) for group in groups)
+        if self.error is None or cost == self.error or len(self.info.repetitions) < 2 or pairs > MOST_PAIRS:
+            return []
+        if cost not in self._candidates:
+            self._candidates[cost] = pareto_candidates(self.ended, self.error, cost, groups)
+        return self._candidates[cost]
+
+    @cached_property
+    def _candidates(self) -> dict[str, list[int]]:
+        """What was found of each cost."""
+        return {}
 
 
 def view_of(results: StudyResults) -> View:
