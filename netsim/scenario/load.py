@@ -151,7 +151,7 @@ def _across(scenario: Scenario, document: Document, registry: Registry) -> Itera
 def _file_name(scenario: Scenario, document: Document) -> Iterator[Finding]:
     """The name becomes the name of a folder."""
     if not is_folder_name(scenario.name):
-        yield document.finding(("name",), FOLDER_NAME, repr(scenario.name))
+        yield document.finding(("name",), FOLDER_NAME, f"{scenario.name!r:.120}")
 
 
 def is_folder_name(name: str) -> bool:

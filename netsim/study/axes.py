@@ -1,7 +1,8 @@
 """From the axes of a study to its variants: which values stand where, and what each combination is called."""
 
 import itertools
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,16 +65,27 @@ def settings_of(axis: Axis, node: Node) -> list[Setting]:
 
 
 def range_values(given: Range) -> list[float | int]:
-    """The numbers of a range, whole ones as integers if all of them are whole."""
+    """The numbers of a range, whole ones as integers if all of them are whole.
+
+    They are those that one would write: 0.3, not 0.30000000000000004; between the ends of a range with a count they are
+    rounded to a millionth of the distance between two, or to six digits on a log scale.
+    """
     if given.step is not None:
         count = int(np.floor((given.stop - given.start) / given.step * (1 + 1e-12))) + 1
-        numbers = given.start + given.step * np.arange(count)
+        numbers = _rounded(given.start + given.step * np.arange(count))
     elif given.scale == "log":
-        numbers = np.geomspace(given.start, given.stop, given.count or 2)
+        numbers = [float(f"{number:.6g}") for number in np.geomspace(given.start, given.stop, given.count or 2)]
     else:
-        numbers = np.linspace(given.start, given.stop, given.count or 2)
-    plain: list[float] = [float(f"{number:.12g}") for number in numbers]  # 0.3, not 0.30000000000000004
-    return [int(number) for number in plain] if all(number.is_integer() for number in plain) else list(plain)
+        exact = np.linspace(given.start, given.stop, given.count or 2)
+        decimals = 6 - math.ceil(math.log10(abs(exact[1] - exact[0]) or 1.0))
+        numbers = _rounded([round(float(number), decimals) for number in exact])
+    if given.count is not None:
+        numbers[0], numbers[-1] = _rounded([given.start, given.stop])
+    return [int(number) for number in numbers] if all(number.is_integer() for number in numbers) else list(numbers)
+
+
+def _rounded(numbers: Iterable[float]) -> list[float]:
+    return [float(f"{number:.12g}") for number in numbers]
 
 
 def combinations(study: Study, document: Document) -> list[Combination]:

@@ -1,20 +1,19 @@
 """What is wrong with a study as a whole: axes that get in each other's way, names that name nothing."""
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from netsim.errors import Finding, ScenarioError
-from netsim.metrics.catalogue import metric_of
+from netsim.metrics.catalogue import CATALOGUE, metric_of
 from netsim.reading import Document, Path, is_assignable, keys_of
 from netsim.reading.remedies import nearest
 from netsim.reading.scalars import show
+from netsim.scenario.load import FOLDER_NAME, is_folder_name
 from netsim.study.axes import list_of, settings_of
 from netsim.study.levels import label_of
 from netsim.study.schema import Axis, Level, Study
 
 MOST_VARIANTS = 10_000
-FILE_NAME = r"[A-Za-z0-9][A-Za-z0-9._ -]*"
 RESERVED = ("trial", "variant", "repetition", "seed", "status", "error", "command")
 """Columns of the result table that no axis may be called."""
 
@@ -28,9 +27,8 @@ def study_findings(study: Study, document: Document) -> list[Finding]:
         found += _column(document, ("sweep", index), axis, columns)
         found += _labels(document, ("sweep", index), axis, labels)
         columns[axis.column] = labels
-    if not re.fullmatch(FILE_NAME, study.name):
-        expected = "letters, digits, spaces and . _ - (results go into a folder of this name)"
-        found.append(document.finding(("name",), expected, repr(study.name)))
+    if not is_folder_name(study.name):
+        found.append(document.finding(("name",), FOLDER_NAME, f"{study.name!r:.120}"))
     total = 1
     for levels in columns.values():
         total *= len(levels)
@@ -47,6 +45,9 @@ def _column(document: Document, path: Path, axis: Axis, columns: Mapping[str, ob
         yield document.finding(path, "an axis with a column of its own", f"a second `{axis.column}`", remedy)
     if axis.column in RESERVED:
         yield document.finding(path, "a column that is no other", f"`{axis.column}`", "give the axis a `name`")
+    elif axis.column.partition(".")[0] in CATALOGUE:
+        got = f"`{axis.column}`, which is what a metric is called"
+        yield document.finding(path, "a column that no metric has", got, "give the axis another `name`")
 
 
 def _labels(document: Document, path: Path, axis: Axis, labels: Sequence[Level]) -> Iterator[Finding]:

@@ -57,7 +57,7 @@ def test_a_range_with_a_count_has_both_ends_and_equal_distances(start, stop, cou
     assert values[-1] == pytest.approx(stop, rel=1e-11, abs=1e-300)
     step = (stop - start) / (count - 1)
     for before, after in itertools.pairwise(values):
-        assert after - before == pytest.approx(step, abs=1e-9 * max(1.0, abs(start), abs(stop)))
+        assert after - before == pytest.approx(step, abs=1e-5 * abs(step) + 1e-9 * max(1.0, abs(start), abs(stop)))
 
 
 @given(st.integers(0, 30), st.integers(1, 40), st.sampled_from([0.1, 0.2, 0.25, 0.3, 0.05, 1.0]))
@@ -72,6 +72,8 @@ def test_ranges_as_one_would_write_them():
     assert range_values(Range(start=0, stop=1, step=0.3)) == [0.0, 0.3, 0.6, 0.9]
     assert range_values(Range(start=3, stop=1, step=-1)) == [3, 2, 1]
     assert range_values(Range(start=0.001, stop=1, count=4, scale="log")) == [0.001, 0.01, 0.1, 1.0]
+    assert range_values(Range(start=0, stop=2, count=40))[1:3] == [0.0512821, 0.1025641]
+    assert range_values(Range(start=1, stop=10, count=4, scale="log")) == [1.0, 2.15443, 4.64159, 10.0]
     whole = range_values(Range(start=1, stop=9, count=3))
     assert whole == [1, 5, 9]
     assert all(isinstance(value, int) for value in whole)

@@ -45,6 +45,13 @@ def test_traps_are_told_with_the_number_of_variants_in_them(tmp_path):
     assert warning.endswith("(1 of 2 variants)")
 
 
+def test_an_axis_is_not_called_as_a_metric_is(tmp_path):
+    (found,) = findings_of(tmp_path, "sweep: [{path: algorithm.rounds, values: [5, 10]}]\n")
+    assert "expected a column that no metric has, got `rounds`, which is what a metric is called" in found
+    (found,) = findings_of(tmp_path, "sweep: [{name: energy_j, path: algorithm.tolerance, values: [0, 1]}]\n")
+    assert "`energy_j`" in found
+
+
 def test_a_study_in_place_of_a_scenario_is_refused_in_one_line(tmp_path):
     (tmp_path / "other.yaml").write_text(HEAD)
     (found,) = findings_of(tmp_path, "sweep: [{name: base, cases: [{name: a, scenario: other.yaml}]}]\n")

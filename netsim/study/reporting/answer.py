@@ -29,7 +29,7 @@ MOST_SETTINGS = 6
 """With more settings of the conditions, the extremes of each are left to the tables."""
 MOST_NAMES = 4
 """So many variants that are alike are named."""
-MOST_SENTENCES = 4
+MOST_SENTENCES = 6
 """So many levels of the compare axis get a sentence."""
 MOST_LEVELS = 12
 """So many levels of the compare axis stand in the table of verdicts."""
@@ -60,6 +60,9 @@ def _in_words(view: View) -> Iterator[str]:
             continue
         said = "; ".join(f"{overall} in {and_list(titles)}" for overall, titles in sorted(found.items(), key=_order))
         yield f"**{name}** against {plain(level_name(axis, view.info.baseline))}: {said}."
+    left = len(levels) - MOST_SENTENCES
+    if left > 0:
+        yield f"{left} more level{'s' if left > 1 else ''} of {plain(axis)}: in the table of verdicts below."
 
 
 def _overall(view: View, metric: str, row: Mapping[str, Any]) -> str:
@@ -162,6 +165,10 @@ def _extremes(view: View) -> Iterator[str]:
         parts = [*_least_error(view, variants), *_cheapest(view, variants)] if len(variants) > 1 else []
         if parts:
             yield f"{f'**{plain(where)}:** ' if where else ''}{' '.join(parts)}"
+    others = _other_choices(view)
+    if others and view.differences is not None:
+        base = plain(level_name(str(view.info.compare_axis), view.info.baseline))
+        yield f"Differences and verdicts in these sentences are against {base} at the same {and_list(others)}."
 
 
 def _least_error(view: View, variants: Sequence[int]) -> Iterator[str]:
@@ -202,7 +209,15 @@ def _base(view: View, variants: Sequence[int]) -> str:
     """Says so where the first of some variants is at the baseline."""
     axis = view.info.compare_axis
     is_base = axis is not None and label_of(view.levels(variants[0])[axis]) == label_of(view.info.baseline)
-    return ", the baseline" if is_base and len(variants) == 1 and view.differences is not None else ""
+    if not is_base or len(variants) > 1 or view.differences is None:
+        return ""
+    return f", with the baseline's {plain(str(axis))}" if _other_choices(view) else ", the baseline"
+
+
+def _other_choices(view: View) -> list[str]:
+    """The axes, other than that of the comparison, along which one would choose."""
+    wide = (axis for axis in view.choices if axis.name != view.info.compare_axis and len(axis.levels) > 1)
+    return [plain(axis.name) for axis in wide]
 
 
 def _best(view: View, metric: str, variants: Sequence[int]) -> list[int]:

@@ -37,7 +37,9 @@ def verdict_of(row: Row) -> str:
         return ("better" if better == verdict else "worse") if better else verdict
     if verdict == EQUAL:
         return "equal in every pair"
-    return "one pair is too few" if verdict == TOO_FEW else "undecided"
+    if verdict == TOO_FEW:
+        return "too few pairs to tell"
+    return "undecided" if row["verdict"] == UNDECIDED else "undecided among so many comparisons"
 
 
 def difference_of(view: View, row: Row) -> str:
