@@ -1,21 +1,32 @@
-"""Names beside points, so that none lies on another name or on a point."""
+"""Names beside points: none lies on another name or on a point, and none is nearer to another point than to its own.
+
+A name has the colour of its point; one that had to go further away is joined to it by a line.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
-from netsim.study.plots.style import INK
+from netsim.study.plots.style import INK, legible
 
 GAP_PT = 6.0
 PLACES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
 """Directions in which a name may lie from its point, best first."""
-RADII = (1.0, 2.2, 3.4)
+RADII = (1.0, 2.2, 3.4, 5.0)
+STRAY_PX = 3.0
+"""By so much at least a name is nearer to its own point than to any other."""
+STRAYED = 1e5
+"""What a name costs that is not, in square pixels of overlap: more than any name covers."""
+NEAR_PT = 1.5 * GAP_PT
+"""A name further away is joined to its point by a line."""
 SAME_PX = 4.0
 """Points no further apart share a name."""
 ALIGN_X = {1: "left", 0: "center", -1: "right"}
@@ -32,6 +43,7 @@ class Mark:
         half_x: Half the length of its horizontal bar.
         half_y: Half the length of its vertical bar.
         name: What to write beside it; empty for nothing.
+        colour: Of the point.
     """
 
     x: float
@@ -39,6 +51,22 @@ class Mark:
     half_x: float = 0.0
     half_y: float = 0.0
     name: str = ""
+    colour: str = INK
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """What names must keep clear of, in pixels.
+
+    Attributes:
+        taken: Boxes of points, bars and names.
+        points: (N, 2) where the points are.
+        frame: Within which names stay.
+    """
+
+    taken: list[Bbox]
+    points: Any
+    frame: Bbox
 
 
 def label_points(axis: Any, marks: Sequence[Mark]) -> None:
@@ -47,27 +75,40 @@ def label_points(axis: Any, marks: Sequence[Mark]) -> None:
     canvas: Any = FigureCanvasAgg(figure)
     renderer = canvas.get_renderer()
     taken = [box for mark in marks for box in _boxes(axis, mark)]
-    frame = axis.get_window_extent(renderer)
+    points = np.asarray([_pixels(axis, mark) for mark in marks], dtype=float).reshape(-1, 2)
+    panel = Panel(taken, points, axis.get_window_extent(renderer))
     for mark in _together(axis, marks):
-        if mark.name:
-            text = axis.annotate(mark.name, (mark.x, mark.y), xytext=(0, 0), textcoords="offset points", fontsize=8,
-                                 color=INK, zorder=9)  # fmt: skip
-            text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
-            taken.append(_place(text, renderer, taken, frame))
+        text = axis.annotate(mark.name, (mark.x, mark.y), xytext=(0, 0), textcoords="offset points", fontsize=8,
+                             color=legible(mark.colour), zorder=9)  # fmt: skip
+        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+        box = _place(text, renderer, panel, _pixels(axis, mark))
+        panel.taken.append(box)
+        _join(axis, mark, box)
+
+
+def _pixels(axis: Any, mark: Mark) -> Any:
+    return axis.transData.transform((mark.x, mark.y))
 
 
 def _together(axis: Any, marks: Sequence[Mark]) -> list[Mark]:
     """The marks with a name, those at one place with their names on one mark, a line each."""
     groups: list[list[Mark]] = []
     for mark in (each for each in marks if each.name):
-        here = axis.transData.transform((mark.x, mark.y))
+        here = _pixels(axis, mark)
         for group in groups:
-            if np.hypot(*(axis.transData.transform((group[0].x, group[0].y)) - here)) <= SAME_PX:
+            if np.hypot(*(_pixels(axis, group[0]) - here)) <= SAME_PX:
                 group.append(mark)
                 break
         else:
             groups.append([mark])
-    return [replace(group[0], name="\n".join(mark.name for mark in group)) for group in groups]
+    return [
+        replace(
+            group[0],
+            name="\n".join(mark.name for mark in group),
+            colour=group[0].colour if len({mark.colour for mark in group}) == 1 else INK,
+        )
+        for group in groups
+    ]
 
 
 def _boxes(axis: Any, mark: Mark) -> list[Bbox]:
@@ -87,22 +128,40 @@ def _boxes(axis: Any, mark: Mark) -> list[Bbox]:
     ]
 
 
-def _place(text: Any, renderer: Any, taken: Sequence[Bbox], frame: Bbox) -> Bbox:
-    """Move a name to where it covers least; its box."""
-    best: tuple[float, int, Bbox] | None = None
-    options = [(radius, place) for radius in RADII for place in PLACES]
-    for number, (radius, place) in enumerate(options):
+def _place(text: Any, renderer: Any, panel: Panel, own: Any) -> Bbox:
+    """Move a name to where it covers least and is nearest to its own point; its box."""
+    apart = np.hypot(*(panel.points - own).T)
+    others = panel.points[apart > SAME_PX]
+    best: tuple[float, float, tuple[int, int], Bbox] = (np.inf, RADII[0], PLACES[0], Bbox.null())
+    for radius, place in product(RADII, PLACES):
         _move(text, place, radius)
         box = text.get_window_extent(renderer)
-        cost = sum(_overlap(box, other) for other in taken) + 3.0 * _outside(box, frame)
-        if best is None or cost < best[0] - 1e-9:
-            best = (cost, number, box)
+        cost = sum(_overlap(box, other) for other in panel.taken) + 3.0 * _outside(box, panel.frame)
+        cost += STRAYED * bool(np.any(_distances(box, others) < _distances(box, own[None]) + STRAY_PX))
+        if cost < best[0] - 1e-9:
+            best = (cost, radius, place, box)
         if cost == 0.0:
             break
-    _, number, box = best or (0.0, 0, text.get_window_extent(renderer))
-    radius, place = options[number]
+    _, radius, place, box = best
     _move(text, place, radius)
     return box
+
+
+def _distances(box: Bbox, points: Any) -> Any:
+    """(N,) how far points lie from a box; 0 within."""
+    x, y = points.T
+    return np.hypot(
+        np.maximum(np.maximum(box.x0 - x, x - box.x1), 0.0), np.maximum(np.maximum(box.y0 - y, y - box.y1), 0.0)
+    )
+
+
+def _join(axis: Any, mark: Mark, box: Bbox) -> None:
+    """A line from a point to its name, unless that is right beside it."""
+    x, y = _pixels(axis, mark)
+    end = min(max(x, box.x0), box.x1), min(max(y, box.y0), box.y1)
+    if np.hypot(end[0] - x, end[1] - y) > NEAR_PT * axis.figure.dpi / 72:
+        (x0, y0), (x1, y1) = (mark.x, mark.y), axis.transData.inverted().transform(end)
+        axis.add_artist(Line2D([x0, x1], [y0, y1], color=legible(mark.colour), lw=0.7, zorder=4))
 
 
 def _move(text: Any, place: tuple[int, int], radius: float) -> None:

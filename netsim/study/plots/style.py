@@ -128,6 +128,26 @@ def markers_of(axis: AxisInfo | None) -> dict[str, str]:
     return {label: MARKERS[index % len(MARKERS)] for index, label in enumerate(levels)}
 
 
+def legible(colour: Any) -> str:
+    """A colour for letters on white: the same, as far towards the ink as it takes.
+
+    Contrast of 4.5 after WCAG 2.1, success criterion 1.4.3.
+    """
+    given, ink = mpl.colors.to_rgb(colour), mpl.colors.to_rgb(INK)
+    for share in (0.0, 0.15, 0.3, 0.45, 0.6, 0.75):
+        red, green, blue = ((1 - share) * one + share * other for one, other in zip(given, ink, strict=True))
+        mixed = (red, green, blue)
+        if 1.05 / (_luminance(mixed) + 0.05) >= 4.5:
+            return mpl.colors.to_hex(mixed)
+    return INK
+
+
+def _luminance(colour: Sequence[float]) -> float:
+    """Relative luminance of an sRGB colour (WCAG 2.1)."""
+    linear = [each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in colour]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
 def spans_decades(values: Sequence[float], ratio: float = 20.0) -> bool:
     """Whether positive values are better shown on a log axis."""
     return bool(values) and min(values) > 0 and max(values) / min(values) >= ratio

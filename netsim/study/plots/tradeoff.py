@@ -172,8 +172,8 @@ def _scale_cost(axis: Any, marks: Sequence[Mark]) -> None:
 
 def _marks(view: View, cost: str, variants: Sequence[int]) -> list[Mark]:
     """The points of a panel with their bars."""
-    points = {variant: _point(view, variant, cost) for variant in variants}
-    return [Mark(*point, *_bars(view, variant, cost)) for variant, point in points.items() if point is not None]
+    marks = [_mark(view, variant, cost, is_named=False) for variant in variants]
+    return [mark for mark in marks if mark is not None]
 
 
 def _legend(view: View, figure: Figure) -> None:
@@ -198,20 +198,22 @@ def _names(view: View, figure: Figure, axes: Any, wanted: Sequence[Panel]) -> No
     if len(view.choices) == 2:
         return
     settle(figure)
-    left_out = [axis.name for axis in view.conditions]
     for axis, (cost, _, variants) in zip(axes.flat, wanted, strict=False):
         there = {variant: point for variant in variants if (point := _point(view, variant, cost)) is not None}
         members = [variant for variant in view.pareto(cost, variants) if variant in there]
         named = set(there if _all_named(view, variants) else members if len(members) <= MOST_NAMES else ())
-        label_points(
-            axis,
-            [
-                Mark(
-                    *point, *_bars(view, variant, cost), shorten(view.name(variant, left_out), 26) * (variant in named)
-                )
-                for variant, point in there.items()
-            ],
-        )
+        marks = [_mark(view, variant, cost, is_named=variant in named) for variant in there]
+        label_points(axis, [mark for mark in marks if mark is not None])
+
+
+def _mark(view: View, variant: int, cost: str, is_named: bool) -> Mark | None:
+    """A variant's point with its bars, its colour, and its name if it is to have one."""
+    point = _point(view, variant, cost)
+    if point is None:
+        return None
+    name = shorten(view.name(variant, [axis.name for axis in view.conditions]), 26) if is_named else ""
+    colour = colours_of(_axis(view, 0)).get(_label(view, variant, 0), SOFT)
+    return Mark(*point, *_bars(view, variant, cost), name, colour)
 
 
 def _all_named(view: View, variants: Sequence[int]) -> bool:
