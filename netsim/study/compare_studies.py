@@ -119,7 +119,7 @@ def compare_studies(paths: Sequence[Path]) -> StudyComparison:
     return StudyComparison(
         tuple(map(str, paths)),
         differing([_study_file(study) for study in studies]),
-        differing([dict(study.info.versions) for study in studies]),
+        differing([study.info.trial_versions for study in studies]),
         tuple(_match(first, other) for other in others),
     )
 
