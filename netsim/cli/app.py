@@ -266,7 +266,9 @@ def compare(
 
     In --fail-if a metric's name (see metrics.json) is its value in the later run, NAME_first that in the first run,
     NAME_diff the difference and NAME_rel the relative one; `error` stands for the error of the problem. Join comparisons
-    by and, or, not.
+    by and, or, not. Of studies, names are means over all variants; a gate also ends with status 1 if it could not be judged
+    on all that the first study was: if a trial that ended well there failed or is missing in the later study, or only one of
+    the two has a figure that the gate needs. Trials that failed or are missing in the first study do not count.
     """
     from netsim.cli.compare import compare_command
 
