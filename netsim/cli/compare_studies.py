@@ -19,6 +19,7 @@ from netsim.study.shortfalls import Tally
 
 EACH = (*ERROR_METRICS[:3], *DEFAULT_COSTS[:3])
 """What is told of each variant unless everything is asked for."""
+_NO_FIGURES = "no repetition has figures of all of them in both studies."
 
 
 def compare_studies_command(
@@ -66,8 +67,9 @@ def _tell_tally(tally: Tally) -> None:
 
 def _show_lines(title: str, lines: Mapping[str, Sequence[Line]], first: str, later: str) -> None:
     told = [(levels, line) for levels, of in lines.items() for line in of if not (line.is_equal or line.is_empty)]
+    n = max((line.difference.n for of in lines.values() for line in of), default=0)
     if not told:
-        say(f"{title}: all figures asked for are equal.")
+        say(f"{title}: all figures asked for are equal (n = {n})." if n else f"{title}: {_NO_FIGURES}")
         return
     levels = ("variant",) if any(lines) else ()
     table = plain_table(title, (*levels, "metric"), ("n", first, later, "difference", "95 % interval", "relative"))

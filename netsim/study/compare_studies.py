@@ -99,7 +99,8 @@ class Match:
         except ScenarioError as error:
             if not self.lost:
                 raise
-            return Judgement(gate.expression, False, {}, (), f"{self._lost()}; {error}")
+            why = str(error).removeprefix(f"--fail-if '{gate.expression}': ")
+            return Judgement(gate.expression, False, {}, (), f"{self._lost()}; {why}")
         bare = list(dict.fromkeys(trial for metric in judged.metrics for trial in self.uneven.get(metric, ())))
         reasons = [self._lost()] if self.lost else []
         reasons += [f"only one of the studies has a figure of {some(bare)}"] if bare else []
