@@ -1,4 +1,4 @@
-"""The commands and their options."""
+"""The commands and their options, in the order in which `netsim --help` shows them; those of studies are in `app_study`."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 import typer
 
 from netsim import __version__
+from netsim.cli.app_study import compare, report, study
+from netsim.cli.options import Debug, NoPlugins, Scenario, Set, Trace
 from netsim.cli.sections import Section
 
 app = typer.Typer(
@@ -22,17 +24,6 @@ new_app = typer.Typer(help="Write a working template to start from.", no_args_is
 app.add_typer(new_app, name="new")
 trace_app = typer.Typer(help="Look after trace files.", no_args_is_help=True)
 app.add_typer(trace_app, name="trace")
-
-Scenario = Annotated[Path, typer.Argument(help="Scenario file (YAML).", show_default=False)]
-Trace = Annotated[Path, typer.Argument(help="Trace file (trace.mcap), or the folder of a run.", show_default=False)]
-Set = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="PATH=VALUE", help="Override a value, as in --set algorithm.tolerance=1. May be repeated."
-    ),
-]
-NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Refuse algorithms named module:Class: import no code.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show a traceback when something fails.")]
 
 
 def _version(wanted: bool) -> None:
@@ -80,70 +71,7 @@ def run(
     run_command(scenario, overrides, out, force=force, trace=not no_trace, plugins=not no_plugins)
 
 
-@app.command()
-def study(
-    study_file: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (YAML).", show_default=False)],
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", "-j", help="Worker processes; 1 runs in this one.", min=1, show_default="one a core"),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Run on the workers of this Dask scheduler, such as tcp://host:8786."),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results; by default the first free of runs/NAME, runs/NAME-2, ..."),
-    ] = None,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume", help="Go on with the study in --out, by default the last runs/NAME: run what is missing."
-        ),
-    ] = False,
-    allow_changed: Annotated[
-        bool,
-        typer.Option("--allow-changed", help="Resume though the study has changed; keep the trials that are the same."),
-    ] = False,
-    override: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="PATH=VALUE",
-            help="Override a field of the study, or a value of all its scenarios, as in --set duration_s=10. May be "
-            "repeated.",
-        ),
-    ] = None,
-    repetitions: Annotated[int | None, typer.Option(help="Repetitions instead of the study's.", min=1)] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier study in --out.")] = False,
-    no_report: Annotated[bool, typer.Option("--no-report", help="Write the tables only.")] = False,
-    no_plugins: NoPlugins = False,
-    debug: Debug = False,
-) -> None:
-    """Run a study: every combination of its sweep, repetition by repetition; then tables and a report.
-
-    Each finished trial is on disk at once: after Ctrl-C, a crash or a failed trial, the same command with --resume runs only
-    what is missing. More repetitions are added by --repetitions N --resume. The tables do not depend on who ran the trials.
-
-    On several machines: `dask scheduler` on one, `dask worker tcp://HOST:8786 --nthreads 1` on each, then --scheduler.
-    """
-    from netsim.study.worker import one_thread_each
-
-    one_thread_each()
-    from netsim.cli.study import Orders, study_command
-
-    overrides = list(override or []) + ([f"repetitions={repetitions}"] if repetitions is not None else [])
-    orders = Orders(
-        out=out,
-        jobs=jobs,
-        scheduler=scheduler,
-        resume=resume,
-        allow_changed=allow_changed,
-        force=force,
-        report=not no_report,
-        plugins=not no_plugins,
-    )
-    study_command(study_file, overrides, orders)
+app.command()(study)
 
 
 @app.command()
@@ -241,36 +169,7 @@ def inspect(
     )
 
 
-@app.command()
-def compare(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(help="Folders of runs, or their traces; or folders of studies.", show_default=False),
-    ],
-    everything: Annotated[bool, typer.Option("--all", help="Show every metric, not only the headline ones.")] = False,
-    fail_if: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--fail-if",
-            metavar="EXPRESSION",
-            help="End with status 1 if this holds, as in --fail-if 'error_rel > 0.02'. May be repeated.",
-        ),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the whole comparison as JSON.")] = False,
-    debug: Debug = False,
-) -> None:
-    """Put runs side by side, each against the first: figures, scenarios, versions, and where their traces part.
-
-    Of studies: variants of the same levels, with the paired difference and its 95 % interval where the studies share seed
-    and repetitions.
-
-    In --fail-if a metric's name (see metrics.json) is its value in the later run, NAME_first that in the first run,
-    NAME_diff the difference and NAME_rel the relative one; `error` stands for the error of the problem. Join comparisons
-    by and, or, not.
-    """
-    from netsim.cli.compare import compare_command
-
-    compare_command(runs, list(fail_if or []), everything=everything, as_json=as_json)
+app.command()(compare)
 
 
 @app.command()
@@ -303,19 +202,7 @@ def lifetime(
     lifetime_command(folder, {name: value for name, value in given.items() if value is not None})
 
 
-@app.command()
-def report(
-    folder: Annotated[Path, typer.Argument(help="Folder that `netsim study` wrote.", show_default=False)],
-    open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
-    debug: Debug = False,
-) -> None:
-    """Write the report of a study anew from its results: Markdown, one HTML page, plots, tables of means and differences.
-
-    An interrupted study is reported as far as it got.
-    """
-    from netsim.cli.report import report_command
-
-    report_command(folder, open_page=open_page)
+app.command()(report)
 
 
 @app.command()
@@ -366,12 +253,12 @@ def list_all(
 @app.command()
 def schema(
     reference: Annotated[bool, typer.Option("--reference", help="A table of all fields (Markdown) instead.")] = False,
-    study: Annotated[bool, typer.Option("--study", help="Of study files instead of scenario files.")] = False,
+    of_study: Annotated[bool, typer.Option("--study", help="Of study files instead of scenario files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors; the shipped scenarios refer to it in their first line."""
     from netsim.cli.schema import schema_command
 
-    schema_command(reference, study)
+    schema_command(reference, of_study)
 
 
 @new_app.command("algorithm")

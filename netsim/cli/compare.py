@@ -41,14 +41,17 @@ def compare_command(paths: Sequence[Path], expressions: Sequence[str], *, everyt
 
 
 def tell_gates(verdicts: Sequence[tuple[str, Judgement]], as_json: bool) -> bool:
-    """Say which gates failed; returns whether one did."""
+    """Say which gates failed, or could not be judged on all trials; returns whether one did."""
     for name, judgement in verdicts:
         values = ", ".join(f"{each} = {value:.6g}" for each, value in judgement.values.items())
+        told = f"{judgement.expression} ({values})" if values else judgement.expression
         if judgement.failed:
-            tell(f"failed: {name}: {judgement.expression} ({values})")
-        elif not as_json:
-            say(f"passed: {name}: not {judgement.expression} ({values})")
-    return any(judgement.failed for _, judgement in verdicts)
+            tell(f"failed: {name}: {told}")
+        if judgement.unjudged:
+            tell(f"failed: {name}: {told} could not be judged on all trials: {judgement.unjudged}")
+        if judgement.passes and not as_json:
+            say(f"passed: {name}: not {told}")
+    return not all(judgement.passes for _, judgement in verdicts)
 
 
 def _show(comparison: Comparison, everything: bool) -> None:

@@ -28,6 +28,7 @@ def plain_gates(verdicts: Sequence[tuple[str, Judgement]]) -> list[dict[str, Any
             "run": name,
             "expression": each.expression,
             "failed": each.failed,
+            "unjudged": each.unjudged or None,
             "values": {metric: plain_number(value) for metric, value in each.values.items()},
         }
         for name, each in verdicts

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,13 @@ from netsim.cli.console import WIDTH_UNWRAPPED, say, show
 from netsim.cli.tables import plain_table
 from netsim.metrics.catalogue import DEFAULT_COSTS, ERROR_METRICS
 from netsim.study.compare import HEADLINE
-from netsim.study.compare_studies import Line, Match, StudyComparison, compare_studies
+from netsim.study.compare_studies import Line, Match, StudyComparison, compare_studies, some
 from netsim.study.gate import Gate, Judgement
+from netsim.study.shortfalls import Tally
 
 EACH = (*ERROR_METRICS[:3], *DEFAULT_COSTS[:3])
 """What is told of each variant unless everything is asked for."""
+_NO_FIGURES = "no repetition has figures of all of them in both studies."
 
 
 def compare_studies_command(
@@ -41,6 +44,8 @@ def _show_match(first: str, match: Match, everything: bool) -> None:
     say(f"Of {len(match.variants)} variants that both have, the scenarios of {match.changed} differ.")
     if match.lonely:
         say(f"only in one of them, and left out: {listed(match.lonely)}")
+    for tally in match.tallies:
+        _tell_tally(tally)
     lines = [line for line in match.overall if everything or line.metric in HEADLINE]
     count = len(match.variants)
     _show_lines(f"Over {count} variant{'' if count == 1 else 's'}", {"": lines}, first, match.name)
@@ -53,10 +58,18 @@ def _show_match(first: str, match: Match, everything: bool) -> None:
         _show_lines("Each variant", each, first, match.name)
 
 
+def _tell_tally(tally: Tally) -> None:
+    """Say which trials a study has no figures of; nothing if all ended well."""
+    for what, trials in (("failed", tally.failed), ("were not run", tally.not_run)):
+        if trials:
+            say(f"warning: in {tally.name} {len(trials)} of {tally.asked} trials {what}: {some(trials)}")
+
+
 def _show_lines(title: str, lines: Mapping[str, Sequence[Line]], first: str, later: str) -> None:
     told = [(levels, line) for levels, of in lines.items() for line in of if not (line.is_equal or line.is_empty)]
+    n = max((line.difference.n for of in lines.values() for line in of), default=0)
     if not told:
-        say(f"{title}: all figures asked for are equal.")
+        say(f"{title}: all figures asked for are equal (n = {n})." if n else f"{title}: {_NO_FIGURES}")
         return
     levels = ("variant",) if any(lines) else ()
     table = plain_table(title, (*levels, "metric"), ("n", first, later, "difference", "95 % interval", "relative"))
@@ -90,6 +103,9 @@ def _plain(comparison: StudyComparison, verdicts: Sequence[tuple[str, Judgement]
                 "paired": match.is_paired,
                 "changed_scenarios": match.changed,
                 "left_out": match.lonely,
+                "trials": [asdict(tally) for tally in match.tallies],
+                "lost": list(match.lost),
+                "uneven": {metric: list(trials) for metric, trials in match.uneven.items()},
                 "overall": _plain_lines(match.overall),
                 "variants": {levels: _plain_lines(lines) for levels, lines in match.variants.items()},
             }

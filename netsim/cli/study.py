@@ -57,6 +57,8 @@ def study_command(file: Path, overrides: Sequence[str], orders: Orders) -> None:
             plan, folder, shlex.join(_typed()), resume=orders.resume, allow_changed=orders.allow_changed
         ) as study:
             _tell_plan(study)
+            for warning in () if cluster is None else cluster.warnings:
+                tell(f"warning: {warning}")
             end = _run(study, orders, cluster)
             _tell_end(plan, end, report=orders.report)
     finally:

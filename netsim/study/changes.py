@@ -10,8 +10,9 @@ from netsim.errors import ScenarioError
 from netsim.reading import parse
 from netsim.reading.scalars import show
 from netsim.scenario.folder import SCENARIO_FILE
+from netsim.study.folder import variant_folder
 from netsim.study.info import AxisInfo, StudyInfo
-from netsim.study.plan import Plan, variant_folder
+from netsim.study.plan import Plan
 from netsim.study.schema import Level
 from netsim.study.variants import Variant
 

@@ -6,14 +6,15 @@ netsim study STUDY --scheduler tcp://HOST:8786
 """
 
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 from netsim.errors import NetsimError, ScenarioError
-from netsim.study.build_id import build_id
+from netsim.study.build_id import build_id, versions
 from netsim.study.executors import WorkerDied, window_of
 from netsim.study.trial import Outcome, Task, files_of, run_trial
 
@@ -35,6 +36,9 @@ class DaskWorkers:
 
     Raises:
         NetsimError: If Dask is not installed, no scheduler answers there, it has no workers, or they have another netsim.
+
+    Attributes:
+        warnings: Where the workers' Python and packages are not those of this process, in words.
     """
 
     deaths_allowed = 1
@@ -48,7 +52,7 @@ class DaskWorkers:
         self._counted_s = 0.0
         self._count = 0
         try:
-            _check_versions(self._client, address)
+            self.warnings = _check_versions(self._client, address)
             self.name = f"{self.count} workers of {address}"
         except BaseException:
             self.close(at_once=True)
@@ -128,29 +132,46 @@ def _client(address: str) -> Any:
         raise NetsimError(message) from error
 
 
-def _check_versions(client: Any, address: str) -> None:
-    """Every worker must have this netsim: figures of another one must not get into the table unnoticed."""
+def _check_versions(client: Any, address: str) -> tuple[str, ...]:
+    """Every worker must have this netsim: figures of another one must not get into the table unnoticed.
 
-    def version_there() -> str:  # goes to the workers by value, as it is no function of a module
+    Returns:
+        Where their packages differ from those here, in words.
+    """
+
+    def versions_there() -> dict[str, str]:  # goes to the workers by value, as it is no function of a module
         try:
-            from netsim.study.build_id import build_id
+            from netsim.study.build_id import versions
         except ImportError:
-            return ""
-        return build_id()
+            return {}
+        return versions()
 
     try:
-        found = client.run(version_there)
+        found = client.run(versions_there)
     except OSError as error:
         message = f"lost the Dask scheduler at {address}: {error}"
         raise ClusterLost(message) from error
     if not found:
         message = f"the Dask scheduler at {address} has no workers; start some: dask worker {address} --nthreads 1"
         raise NetsimError(message)
-    for worker, version in sorted(found.items()):
+    for worker, there in sorted(found.items()):
+        version = there.get("netsim", "")
         if version != build_id():
             has = f"has netsim {version}" if version else "has no netsim, or an old one"
             message = f"the worker {worker} {has}, this is netsim {build_id()}: install the same on all machines"
             raise NetsimError(message)
+
+    return tuple(_other_packages(list(found.values()), address))
+
+
+def _other_packages(found: Sequence[Mapping[str, str]], address: str) -> Iterator[str]:
+    """One line if packages of workers differ from those here."""
+    told = []
+    for name, own in versions().items():
+        others = Counter(there[name] for there in found if there[name] != own)
+        told += [f"{name} {each} on {count} of {len(found)} (here {own})" for each, count in sorted(others.items())]
+    if told:
+        yield f"figures may depend on it that workers of {address} have other packages: {', '.join(told)}"
 
 
 def _quieten() -> None:

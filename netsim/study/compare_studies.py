@@ -3,10 +3,13 @@
 Two studies of the same seed and repetitions see the same targets, noise and shadowing, so that their trials are pairs and
 the difference is taken within pairs (common random numbers); else as between independent samples (see
 `netsim.study.differences`).
+
+A gate passes only if it was judged on everything that the first study was: not if a trial that ended well there failed or is
+missing in the later one, nor if only one of the two has a figure that the gate needs.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +26,12 @@ from netsim.study.levels import words
 from netsim.study.results import HEAD, TAIL, StudyResults, load_study
 from netsim.study.schema import Study
 from netsim.study.settings import Setting, differing
+from netsim.study.shortfalls import Roll, Tally, lost, roll_of, tally_of, uneven
 
 _OVERALL = 0
 """Number of the one cell of a table of means over variants."""
+NAMED = 4
+"""So many trials are named where there are more."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,10 @@ class Match:
         overall: Each metric over all variants that both have, each variant weighing the same.
         variants: Each metric of each of these, by levels in words.
         lonely: Levels of variants that only one of the two has.
+        tallies: How the trials of the first study ended, and those of this one.
+        lost: Trials that ended well in the first study and not in this one, in words.
+        uneven: By metric, trials of which only one of the two has a figure, in words (see `netsim.study.shortfalls.uneven`);
+            not for metrics without such.
     """
 
     name: str
@@ -73,15 +83,33 @@ class Match:
     overall: list[Line]
     variants: Mapping[str, list[Line]]
     lonely: list[str]
+    tallies: tuple[Tally, Tally]
+    lost: tuple[str, ...]
+    uneven: Mapping[str, tuple[str, ...]]
 
     def judge(self, gate: Gate) -> Judgement:
-        """What a gate says of the means over all variants.
+        """What a gate says of the means over all variants, and whether it could be judged on all trials of the first study.
 
         Raises:
-            ScenarioError: See `Gate.judge`.
+            ScenarioError: See `Gate.judge`; if trials are lost, a figure that is missing is put down to them.
         """
         later = {line.metric: line.difference.mean for line in self.overall}
-        return gate.judge(later, {line.metric: line.difference.baseline_mean for line in self.overall})
+        try:
+            judged = gate.judge(later, {line.metric: line.difference.baseline_mean for line in self.overall})
+        except ScenarioError as error:
+            if not self.lost:
+                raise
+            why = str(error).removeprefix(f"--fail-if '{gate.expression}': ")
+            return Judgement(gate.expression, False, {}, (), f"{self._lost()}; {why}")
+        bare = list(dict.fromkeys(trial for metric in judged.metrics for trial in self.uneven.get(metric, ())))
+        reasons = [self._lost()] if self.lost else []
+        reasons += [f"only one of the studies has a figure of {some(bare)}"] if bare else []
+        return replace(judged, unjudged="; ".join(reasons))
+
+    def _lost(self) -> str:
+        first = self.tallies[0]
+        ended = first.asked - len(first.failed) - len(first.not_run)
+        return f"{len(self.lost)} of {ended} trials that ended well in {first.name} did not here: {some(self.lost)}"
 
 
 @dataclass(frozen=True)
@@ -119,9 +147,15 @@ def compare_studies(paths: Sequence[Path]) -> StudyComparison:
     return StudyComparison(
         tuple(map(str, paths)),
         differing([_study_file(study) for study in studies]),
-        differing([dict(study.info.versions) for study in studies]),
+        differing([study.info.trial_versions for study in studies]),
         tuple(_match(first, other) for other in others),
     )
+
+
+def some(names: Sequence[str]) -> str:
+    """A few of the trials, and how many more there are."""
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return "; ".join(names[:NAMED]) + more
 
 
 def _study_file(study: StudyResults) -> Any:
@@ -152,6 +186,7 @@ def _match(first: StudyResults, other: StudyResults) -> Match:
         words(cells[labels].levels) for cells, rest in ((base, later), (later, base)) for labels in cells.keys() - rest
     ]
     metrics = _metrics(first, other)
+    rolls = roll_of(first, is_paired=is_paired), roll_of(other, is_paired=is_paired)
     return Match(
         str(other.folder),
         is_paired,
@@ -159,7 +194,18 @@ def _match(first: StudyResults, other: StudyResults) -> Match:
         [_line(metric, *_means(tables, list(cells.values()), metric, is_paired), is_paired) for metric in metrics],
         {name: [_line(metric, tables, pair, is_paired) for metric in metrics] for name, pair in cells.items()},
         sorted(lonely),
+        (tally_of(str(first.folder), rolls[0]), tally_of(str(other.folder), rolls[1])),
+        lost(*rolls),
+        dict(_uneven((first, other), rolls, metrics, is_paired)),
     )
+
+
+def _uneven(
+    studies: tuple[StudyResults, StudyResults], rolls: tuple[Roll, Roll], metrics: Sequence[str], is_paired: bool
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for metric in metrics:
+        if found := uneven(studies, rolls, metric, is_paired=is_paired):
+            yield metric, found
 
 
 def _digest(study: StudyResults, cell: Cell) -> str:

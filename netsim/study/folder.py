@@ -54,6 +54,11 @@ def holds_study(folder: Path) -> bool:
     return (folder / JOURNAL_FILE).is_file() or (folder / INFO_FILE).is_file()
 
 
+def variant_folder(folder: Path, number: int) -> Path:
+    """Where a variant's scenario lies in the study's folder."""
+    return folder / VARIANTS / f"{number:03d}"
+
+
 def clear(folder: Path) -> None:
     """Remove what a study wrote, but for its journal, which is held by whoever clears.
 

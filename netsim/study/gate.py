@@ -5,7 +5,8 @@
 
 Names are metrics of the later run; with `_first` those of the first run; with `_diff` the later less the first; with `_rel`
 that over the magnitude of the first. `error` stands for the metric of the problem's error. Entries of dictionaries have
-dotted names: `energy_by_state_j.radio.listen_rel`.
+dotted names: `energy_by_state_j.radio.listen_rel`. As in Python, what `and` and `or` do not need is not looked up: of
+`deaths > 0 and first_death_s < 3`, the second part asks for a first death only where a node died.
 """
 
 import ast
@@ -17,7 +18,7 @@ from difflib import get_close_matches
 from typing import Any, Final
 
 from netsim.errors import ScenarioError
-from netsim.metrics.catalogue import ERROR_METRICS
+from netsim.metrics.catalogue import CATALOGUE, ERROR_METRICS
 
 MOST_CHARACTERS = 1000
 ERROR: Final = "error"
@@ -49,12 +50,21 @@ class Judgement:
     Attributes:
         expression: The gate.
         failed: Whether its condition holds.
-        values: The names in it with their values, in order.
+        values: The names that decided it with their values, in order.
+        metrics: The metrics that these names are of.
+        unjudged: Why it could not be judged on all that the first study was; empty if it could.
     """
 
     expression: str
     failed: bool
     values: Mapping[str, float]
+    metrics: tuple[str, ...] = ()
+    unjudged: str = ""
+
+    @property
+    def passes(self) -> bool:
+        """Whether it was judged on everything, and its condition does not hold."""
+        return not self.failed and not self.unjudged
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,16 +87,35 @@ class Gate:
             first: Those of the run it is held against.
 
         Raises:
-            ScenarioError: If a name is none of a metric, a metric has no value in one of the runs, or something is divided
-                by zero.
+            ScenarioError: If a name is none of a metric, a metric that is needed has no value in one of the runs, or
+                something is divided by zero.
         """
-        values = {name: _value(self.expression, name, later, first) for name in dict.fromkeys(_names(self.tree))}
+        for name in _names(self.tree):  # a slip of the pen is told whether the name is needed or not
+            if not _is_metric(name):
+                _metric_of(self.expression, name, later, first)
+        found = _Lookup(self.expression, later, first)
         try:
-            failed = _holds(self.tree, values)
+            failed = _holds(self.tree, found)
         except ZeroDivisionError as error:
             message = f"--fail-if '{self.expression}': it divides by zero; compare products instead, or use NAME_rel"
             raise ScenarioError(message) from error
-        return Judgement(self.expression, failed, values)
+        return Judgement(self.expression, failed, found.values, tuple(dict.fromkeys(found.metrics)))
+
+
+class _Lookup:
+    """Values of names, each found when it is first asked for."""
+
+    def __init__(self, expression: str, later: Figures, first: Figures) -> None:
+        self._expression, self._later, self._first = expression, later, first
+        self.values: dict[str, float] = {}
+        self.metrics: list[str] = []
+
+    def __call__(self, name: str) -> float:
+        if name not in self.values:
+            metric, suffix = _metric_of(self._expression, name, self._later, self._first)
+            self.values[name] = _value(self._expression, metric, suffix, self._later, self._first)
+            self.metrics.append(metric)
+        return self.values[name]
 
 
 def parse_gate(expression: str) -> Gate:
@@ -171,32 +200,31 @@ def _names(tree: ast.expr) -> Iterator[str]:
             yield from _names(child)
 
 
-def _holds(tree: ast.expr, values: Mapping[str, float]) -> bool:
+def _holds(tree: ast.expr, value_of: _Lookup) -> bool:
     if isinstance(tree, ast.BoolOp):
-        parts = (_holds(part, values) for part in tree.values)
+        parts = (_holds(part, value_of) for part in tree.values)
         return all(parts) if isinstance(tree.op, ast.And) else any(parts)
     if isinstance(tree, ast.UnaryOp):
-        return not _holds(tree.operand, values)
+        return not _holds(tree.operand, value_of)
     if not isinstance(tree, ast.Compare):  # which `parse_gate` does not let through
         raise _refused(ast.unparse(tree), "expected a comparison")
-    terms = [_reckoned(part, values) for part in (tree.left, *tree.comparators)]
+    terms = [_reckoned(part, value_of) for part in (tree.left, *tree.comparators)]
     return all(_COMPARISONS[type(op)](a, b) for op, a, b in zip(tree.ops, terms, terms[1:], strict=False))
 
 
-def _reckoned(tree: ast.expr, values: Mapping[str, float]) -> float:
+def _reckoned(tree: ast.expr, value_of: _Lookup) -> float:
     name = _name_of(tree)
     if name is not None:
-        return values[name]
+        return value_of(name)
     if isinstance(tree, ast.BinOp):
-        return _ARITHMETIC[type(tree.op)](_reckoned(tree.left, values), _reckoned(tree.right, values))
+        return _ARITHMETIC[type(tree.op)](_reckoned(tree.left, value_of), _reckoned(tree.right, value_of))
     if isinstance(tree, ast.UnaryOp):
-        inner = _reckoned(tree.operand, values)
+        inner = _reckoned(tree.operand, value_of)
         return -inner if isinstance(tree.op, ast.USub) else inner
     return float(ast.literal_eval(tree))
 
 
-def _value(expression: str, name: str, later: Figures, first: Figures) -> float:
-    metric, suffix = _metric_of(expression, name, later, first)
+def _value(expression: str, metric: str, suffix: str, later: Figures, first: Figures) -> float:
     if suffix == "_first":
         return _number(expression, metric, first, "the first run")
     value = _number(expression, metric, later, "the later run")
@@ -204,6 +232,12 @@ def _value(expression: str, name: str, later: Figures, first: Figures) -> float:
         return value
     base = _number(expression, metric, first, "the first run")
     return difference(value, base) if suffix == "_diff" else relative(value, base)
+
+
+def _is_metric(name: str) -> bool:
+    """Whether a name is of a metric that any run may have, or of an entry of one."""
+    stems = {name, *(name.removesuffix(suffix) for suffix in SUFFIXES)}
+    return any(stem in CATALOGUE or stem == ERROR for stem in stems)
 
 
 def _metric_of(expression: str, name: str, later: Figures, first: Figures) -> tuple[str, str]:

@@ -1,6 +1,8 @@
 """What a study's folder says of itself: enough to tabulate, compare and report its results without the study file."""
 
 import json
+import shlex
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -46,12 +48,14 @@ class VariantInfo:
         levels: Its level on each axis.
         digest: Digest of its resolved scenario and of the files that this refers to.
         scenario: The scenario's name.
+        seed: Its seed; None if the description is too old to tell.
     """
 
     number: int
     levels: Mapping[str, Level]
     digest: str
     scenario: str
+    seed: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +80,14 @@ class SourceInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class BuildInfo:
+    """By what trials were run: versions of netsim, Python and packages by name, and the number of trials with figures."""
+
+    versions: Mapping[str, str]
+    trials: int
+
+
+@dataclass(frozen=True, slots=True)
 class StudyInfo:
     """A study, as its results need it.
 
@@ -96,7 +108,8 @@ class StudyInfo:
         sources: Citations of what the variants use.
         warnings: Traps that variants fall into, in words.
         command: What made the study, as typed.
-        versions: Of netsim, Python and the packages that figures depend on.
+        versions: Of netsim, Python and the packages that figures depend on, where the study was last begun or resumed.
+        builds: By what the trials with figures were run, the most frequent first; empty before there are tables.
     """
 
     name: str
@@ -116,11 +129,32 @@ class StudyInfo:
     warnings: tuple[str, ...]
     command: str
     versions: Mapping[str, str]
+    builds: tuple[BuildInfo, ...] = ()
 
     @property
     def axis_names(self) -> list[str]:
         """The axes' columns, in order."""
         return [axis.name for axis in self.axes]
+
+    @property
+    def trial_versions(self) -> dict[str, str]:
+        """By what versions the trials were run: where they differ, each with the number of its trials."""
+        names = dict.fromkeys(name for build in self.builds for name in build.versions)
+        return {name: self._told(name) for name in names} if self.builds else dict(self.versions)
+
+    def resuming(self, folder: Path) -> str:
+        """The command that goes on with the study in its folder."""
+        return f"{self.command} --out {shlex.quote(str(folder))} --resume"
+
+    def _told(self, name: str) -> str:
+        counts: Counter[str] = Counter()
+        for build in self.builds:
+            counts[build.versions.get(name, "unknown")] += build.trials
+        if len(counts) == 1:
+            return next(iter(counts))
+        return " and ".join(
+            f"{version} ({count} trial{'' if count == 1 else 's'})" for version, count in counts.most_common()
+        )
 
     def to_json(self) -> str:
         """As the text of `study.json`."""
@@ -137,6 +171,7 @@ class StudyInfo:
         if given.pop("format", None) != FORMAT:
             message = f"not a study of format {FORMAT}"
             raise ValueError(message)
+        given = {"warnings": (), "builds": ()} | given  # which folders of early versions lack
         try:
             return cls(
                 **given
@@ -144,7 +179,8 @@ class StudyInfo:
                     "axes": tuple(
                         AxisInfo(axis["name"], tuple(axis["levels"]), tuple(axis["paths"])) for axis in given["axes"]
                     ),
-                    "variants": tuple(VariantInfo(**variant) for variant in given["variants"]),
+                    "variants": tuple(VariantInfo(**_seed(given) | variant) for variant in given["variants"]),
+                    "builds": tuple(BuildInfo(**build) for build in given["builds"]),
                     "published": tuple(PublishedInfo(**figure) for figure in given["published"]),
                     "sources": tuple(SourceInfo(**source) for source in given["sources"]),
                     **{name: tuple(given[name]) for name in ("seeds", "repetitions", "metrics", "costs", "warnings")},
@@ -153,6 +189,11 @@ class StudyInfo:
         except (KeyError, TypeError) as error:
             message = f"not a whole description of a study: {error}"
             raise ValueError(message) from error
+
+
+def _seed(given: Mapping[str, Any]) -> dict[str, int]:
+    """What a variant that does not tell its seed has, if it can be known: early versions wrote the seeds of all."""
+    return {"seed": given["seeds"][0]} if len(given["seeds"]) == 1 else {}
 
 
 def read_info(folder: Path) -> StudyInfo:

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import TracebackType
 
 from netsim.errors import NetsimError, TraceError
+from netsim.study.info import JOURNAL_FILE
 from netsim.study.trial import Outcome
 
 
@@ -84,6 +85,19 @@ def read_journal(path: Path) -> Iterator[Outcome]:
         except (ValueError, TypeError) as error:
             message = f"{path}:{number}: damaged: {error}; delete the line to have its trial run again"
             raise TraceError(message) from error
+
+
+def outcomes_of(folder: Path) -> dict[str, Outcome]:
+    """What the journal of a study holds, by `Task.key`; of several outcomes the one with figures, else the last.
+
+    Raises:
+        TraceError: If it cannot be read.
+    """
+    outcomes: dict[str, Outcome] = {}
+    for outcome in read_journal(folder / JOURNAL_FILE):
+        if outcome.status == "ok" or outcome.key not in outcomes or outcomes[outcome.key].status == "failed":
+            outcomes[outcome.key] = outcome
+    return outcomes
 
 
 def _lock(stream: FileIO, path: Path) -> None:

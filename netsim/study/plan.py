@@ -1,14 +1,12 @@
 """A study file becomes a plan: every variant's scenario, checked, with all it needs, before anything runs."""
 
 import os
-import platform
 import re
 import shutil
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 
 from netsim.errors import ScenarioError
@@ -29,8 +27,9 @@ from netsim.scenario.folder import SCENARIO_FILE, copy_inputs, write_file
 from netsim.scenario.inputs import Input
 from netsim.scenario.sources import sources_of
 from netsim.study.axes import combinations, list_of, settings_of
-from netsim.study.build_id import build_id
+from netsim.study.build_id import versions
 from netsim.study.findings import study_findings
+from netsim.study.folder import variant_folder
 from netsim.study.info import (
     INFO_FILE,
     STUDY_FILE,
@@ -42,11 +41,8 @@ from netsim.study.info import (
     VariantInfo,
 )
 from netsim.study.schema import Axis, Study
-from netsim.study.trial import Task
+from netsim.study.trial import Task, tasks_of
 from netsim.study.variants import Variant, Variants
-
-PACKAGES = ("simpy", "numpy", "scipy", "networkx")
-"""Those that figures depend on."""
 
 
 @dataclass(frozen=True)
@@ -77,18 +73,8 @@ class Plan:
         return tuple(_axis_info(axis, node) for axis, node in zip(self.study.sweep, nodes, strict=True))
 
     def tasks(self, folder: Path) -> list[Task]:
-        """Every trial: all variants of a repetition, then the next one, so that an early look is a fair one."""
-        pairs = [(repetition, variant) for repetition in self.repetitions for variant in self.variants]
-        return [
-            Task(
-                trial=number,
-                variant=variant.number,
-                repetition=repetition,
-                key=f"{variant.digest}-{repetition}",
-                folder=str(variant_folder(folder, variant.number).resolve()),
-            )
-            for number, (repetition, variant) in enumerate(pairs)
-        ]
+        """Every trial (see `tasks_of`)."""
+        return tasks_of(self.variants, self.repetitions, folder)
 
     def info(self, command: str) -> StudyInfo:
         """What the study's folder is to say of it."""
@@ -103,7 +89,8 @@ class Plan:
             description=study.description,
             axes=self.axes,
             variants=tuple(
-                VariantInfo(each.number, each.levels, each.digest, each.loaded.scenario.name) for each in self.variants
+                VariantInfo(each.number, each.levels, each.digest, each.loaded.scenario.name, each.loaded.scenario.seed)
+                for each in self.variants
             ),
             seeds=tuple(sorted({each.loaded.scenario.seed for each in self.variants})),
             repetitions=tuple(self.repetitions),
@@ -203,11 +190,6 @@ def _set_in_scenarios(document: Document, target: str, text: str) -> Document:
     return assign(document, "set", Node({**known, target: value}, OVERRIDE, 0))
 
 
-def variant_folder(folder: Path, number: int) -> Path:
-    """Where a variant's scenario lies in the study's folder."""
-    return folder / VARIANTS / f"{number:03d}"
-
-
 def write_plan(plan: Plan, folder: Path, command: str) -> None:
     """Write what describes the study into its folder: the study, its variants' scenarios, `study.json`.
 
@@ -246,15 +228,6 @@ def _drop_other_variants(plan: Plan, folder: Path) -> None:
     for path in (folder / VARIANTS).glob("*"):
         if path.name not in names and path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
-
-
-def versions() -> dict[str, str]:
-    """Of netsim, Python and the packages that figures depend on."""
-    return {
-        "netsim": build_id(),
-        "python": platform.python_version(),
-        **{name: version(name) for name in PACKAGES},
-    }
 
 
 def _axis_info(axis: Axis, node: Node) -> AxisInfo:

@@ -15,9 +15,10 @@ from typing import Any, Final
 
 import pandas as pd
 
+from netsim.errors import ScenarioError
 from netsim.metrics.catalogue import CATALOGUE, flatten
 from netsim.scenario.folder import SCENARIO_FILE
-from netsim.study.info import INFO_FILE, NODES, RESULTS, VARIANTS, AxisInfo, StudyInfo, read_info
+from netsim.study.info import INFO_FILE, JOURNAL_FILE, NODES, RESULTS, VARIANTS, AxisInfo, StudyInfo, read_info
 from netsim.study.levels import column_of, label_of
 from netsim.study.tables import read_table, text, typed, write_tables
 from netsim.study.trial import Outcome, Task
@@ -25,6 +26,7 @@ from netsim.study.trial import Outcome, Task
 __all__ = [
     "StudyResults",
     "command_of",
+    "has_tables",
     "load_results",
     "load_study",
     "node_table",
@@ -138,10 +140,11 @@ def load_study(folder: Path | str) -> StudyResults:
     """The results of a study, from its folder.
 
     Raises:
-        ScenarioError: If there are none.
+        ScenarioError: If there are none; of a study that was interrupted, with the command that makes them.
     """
     folder = Path(folder)
     info = read_info(folder)
+    _require_tables(folder, info)
     trials = read_table(folder / f"{RESULTS}.parquet", _texts(info))
     return StudyResults(info, trials, read_table(folder / f"{NODES}.parquet", TEXTS), folder)
 
@@ -153,13 +156,32 @@ def load_results(path: Path | str) -> pd.DataFrame:
         path: The study's folder, or its results.parquet or results.csv: they give the same table.
 
     Raises:
-        ScenarioError: If there is none.
+        ScenarioError: If there is none; of a study that was interrupted, with the command that makes it.
     """
     path = Path(path)
     if path.suffix not in (".parquet", ".csv"):
         path /= f"{RESULTS}.parquet"
     beside = path.parent / INFO_FILE
-    return read_table(path, _texts(read_info(path.parent)) if beside.is_file() else TEXTS)
+    if not beside.is_file():
+        return read_table(path, TEXTS)
+    info = read_info(path.parent)
+    _require_tables(path.parent, info)
+    return read_table(path, _texts(info))
+
+
+def has_tables(folder: Path) -> bool:
+    """Whether a study's tables are there; they are written when it ends."""
+    return all((folder / f"{stem}.parquet").is_file() for stem in (RESULTS, NODES))
+
+
+def _require_tables(folder: Path, info: StudyInfo) -> None:
+    """Raises ScenarioError if a study that has a journal has no tables."""
+    if not has_tables(folder) and (folder / JOURNAL_FILE).is_file():
+        message = (
+            f"{folder}: the study has no tables, as it was interrupted or still runs: make them of what is finished by "
+            f"`netsim report {folder}`, or go on with it: {info.resuming(folder)}"
+        )
+        raise ScenarioError(message)
 
 
 def _texts(info: StudyInfo) -> set[str]:

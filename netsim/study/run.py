@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from netsim.errors import ScenarioError
-from netsim.study.build_id import build_id
+from netsim.study.build_id import versions
 from netsim.study.changes import changes
 from netsim.study.dispatch import Dispatcher, Standing, Watch
 from netsim.study.executors import Workers, local_workers
 from netsim.study.folder import clear, clear_results
-from netsim.study.info import INFO_FILE, JOURNAL_FILE, NODES, RESULTS, read_info
-from netsim.study.journal import Journal, read_journal
+from netsim.study.info import INFO_FILE, JOURNAL_FILE, read_info
+from netsim.study.journal import Journal, outcomes_of
 from netsim.study.plan import Plan, write_plan
-from netsim.study.results import node_table, trial_table, write_tables
+from netsim.study.tabulate import tabulate
 from netsim.study.trial import Outcome, Task
 
 Hire = Callable[[int], Workers]
@@ -104,15 +104,10 @@ class OpenStudy:
                 workers.close(at_once=at_once)
         wall_s = time.perf_counter() - begun_s
         outcomes = outcomes_of(self.folder)
-        self._write(outcomes)
+        tabulate(self.folder, self.plan.info(self.command), outcomes)
         failures = [(task, outcomes[task.key]) for task in distinct(self.tasks) if task.key in outcomes]
         failed = tuple((task, outcome) for task, outcome in failures if outcome.status == "failed")
         return StudyEnd(self.folder, standing, failed, not whole, wall_s, name)
-
-    def _write(self, outcomes: Mapping[str, Outcome]) -> None:
-        seeds = [variant.loaded.scenario.seed for variant in self.plan.variants]
-        trials = trial_table(self.plan.info(self.command), self.tasks, outcomes, seeds)
-        write_tables(self.folder, {RESULTS: trials, NODES: node_table(self.tasks, outcomes)})
 
 
 @contextmanager
@@ -158,19 +153,6 @@ def run_study(
         return study.run(lambda trials: local_workers(min(jobs, trials)), watch or (lambda standing: True))
 
 
-def outcomes_of(folder: Path) -> dict[str, Outcome]:
-    """What the journal of a study holds, by `Task.key`; of several outcomes the one with figures, else the last.
-
-    Raises:
-        TraceError: If it cannot be read.
-    """
-    outcomes: dict[str, Outcome] = {}
-    for outcome in read_journal(folder / JOURNAL_FILE):
-        if outcome.status == "ok" or outcome.key not in outcomes or outcomes[outcome.key].status == "failed":
-            outcomes[outcome.key] = outcome
-    return outcomes
-
-
 def distinct(tasks: Iterable[Task]) -> list[Task]:
     """The first trial of each content."""
     first: dict[str, Task] = {}
@@ -202,7 +184,12 @@ def _compare(plan: Plan, folder: Path, outcomes: Mapping[str, Outcome], allow_ch
 
 
 def _versions(outcomes: Mapping[str, Outcome]) -> list[str]:
-    others = sorted({each.netsim_version for each in outcomes.values() if each.status == "ok"} - {build_id()})
-    if not others:
-        return []
-    return [f"warning: finished trials were run by netsim {', '.join(others)}, the others are by {build_id()}"]
+    """What to tell where finished trials were run by other versions than those that are to be run."""
+    here, notes = versions(), []
+    finished = [outcome.versions for outcome in outcomes.values() if outcome.status == "ok"]
+    for name, own in here.items():
+        others = sorted({each[name] for each in finished if name in each} - {own})
+        if others:
+            told = ", ".join(others)
+            notes.append(f"warning: finished trials were run by {name} {told}, the others are by {own}")
+    return notes

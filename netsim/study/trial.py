@@ -4,11 +4,11 @@ import json
 import tempfile
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from netsim.errors import NetsimError, TraceError
 from netsim.metrics.energy import STANDING
@@ -17,7 +17,8 @@ from netsim.scenario.folder import SCENARIO_FILE
 from netsim.scenario.load import LoadedScenario, load
 from netsim.scenario.outlook import lifetime_figures
 from netsim.scenario.run import Result, run
-from netsim.study.build_id import build_id
+from netsim.study.build_id import build_id, package_versions
+from netsim.study.folder import variant_folder
 from netsim.trace.events import EnergyLedger, Event, NodeTable
 from netsim.trace.recorder import Handler
 
@@ -66,6 +67,7 @@ class Outcome:
         wall_s: How long it took.
         details: The traceback of a failure.
         netsim_version: The worker's.
+        packages: Versions of Python and packages there; empty if they are not known.
     """
 
     trial: int
@@ -77,6 +79,45 @@ class Outcome:
     wall_s: float = 0.0
     details: str = ""
     netsim_version: str = field(default_factory=build_id)
+    packages: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Of netsim, Python and packages, as far as they are known."""
+        return {"netsim": self.netsim_version, **self.packages}
+
+
+class Kind(Protocol):
+    """A variant, as its trials need it."""
+
+    @property
+    def number(self) -> int:
+        """Its number."""
+
+    @property
+    def digest(self) -> str:
+        """Digest of its scenario and files."""
+
+
+def tasks_of(variants: Sequence[Kind], repetitions: Iterable[int], folder: Path) -> list[Task]:
+    """Every trial: all variants of a repetition, then the next one, so that an early look is a fair one.
+
+    Args:
+        variants: The study's variants.
+        repetitions: The repetitions' numbers.
+        folder: The study's folder.
+    """
+    pairs = [(repetition, variant) for repetition in repetitions for variant in variants]
+    return [
+        Task(
+            trial=number,
+            variant=variant.number,
+            repetition=repetition,
+            key=f"{variant.digest}-{repetition}",
+            folder=str(variant_folder(folder, variant.number).resolve()),
+        )
+        for number, (repetition, variant) in enumerate(pairs)
+    ]
 
 
 def run_trial(task: Task) -> Outcome:
@@ -92,7 +133,7 @@ def run_trial(task: Task) -> Outcome:
         details = "".join(traceback.format_exception(cause.__cause__ or cause))
         return _failed(task, _failures(result), begun_s, details)
     wall_s = time.perf_counter() - begun_s
-    return Outcome(task.trial, task.key, "ok", "", result.metrics, nodes, wall_s)
+    return Outcome(task.trial, task.key, "ok", "", result.metrics, nodes, wall_s, packages=package_versions())
 
 
 def files_of(task: Task) -> tuple[tuple[str, bytes], ...]:
@@ -128,7 +169,8 @@ def _run(task: Task) -> tuple[Result, dict[str, list[Any]]]:
 
 def _failed(task: Task, text: str, begun_s: float, details: str) -> Outcome:
     wall_s = time.perf_counter() - begun_s
-    return Outcome(task.trial, task.key, "failed", _line(text), wall_s=wall_s, details=details)
+    packages = package_versions()
+    return Outcome(task.trial, task.key, "failed", _line(text), wall_s=wall_s, details=details, packages=packages)
 
 
 class NodeNotes:

@@ -11,6 +11,7 @@ import netsim
 from netsim.cli.compare import compare_command
 from netsim.study.plan import load_plan
 from netsim.study.run import run_study
+from netsim.study.tabulate import refresh_tables
 
 
 @pytest.fixture(scope="module")
@@ -92,3 +93,19 @@ def test_studies(scenarios: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert (match["paired"], match["changed_scenarios"]) == (True, 2)
     assert match["overall"]["frame_byte"]["difference"] < 0
     assert set(match["variants"]) == {"tolerance=0", "tolerance=1"}
+    journal = folders[1] / "trials.jsonl"
+    outcomes = [json.loads(line) for line in journal.read_text().splitlines()]
+    outcomes[1].update(status="failed", error="boom", figures={}, nodes={})
+    journal.write_text("".join(json.dumps(outcome) + "\n" for outcome in outcomes[:3]))
+    refresh_tables(folders[1])
+    with pytest.raises(typer.Exit) as ended:
+        compared(folders, "frame_byte_rel > 1")
+    assert ended.value.exit_code == 1
+    told = capsys.readouterr()
+    assert f"warning: in {folders[1]} 1 of 4 trials failed: tolerance=1, repetition 0\n" in told.out
+    assert f"warning: in {folders[1]} 1 of 4 trials were not run: tolerance=1, repetition 1\n" in told.out
+    assert "passed" not in told.out
+    assert "could not be judged on all trials: 2 of 4 trials that ended well" in told.err
+    with pytest.raises(typer.Exit):
+        compared(folders, "frame_byte_rel > 1", as_json=True)
+    assert "2 of 4 trials" in json.loads(capsys.readouterr().out)["gates"][0]["unjudged"]

@@ -20,6 +20,7 @@ def test_a_folder_without_a_study_is_one_clear_line(tmp_path):
 
 def test_it_says_where_the_report_lies(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("netsim.study.report.write_report", lambda folder: folder / "report.html")
+    monkeypatch.setattr("netsim.study.tabulate.refresh_tables", lambda folder: None)
     report_command(tmp_path, open_page=False)
     said = capsys.readouterr().out
     assert f"Report: {tmp_path / 'report.html'}" in said
@@ -28,6 +29,7 @@ def test_it_says_where_the_report_lies(tmp_path, monkeypatch, capsys):
 
 def test_without_a_browser_it_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("netsim.study.report.write_report", lambda folder: folder / "report.html")
+    monkeypatch.setattr("netsim.study.tabulate.refresh_tables", lambda folder: None)
     monkeypatch.setattr("webbrowser.open", lambda address: False)
     report_command(tmp_path, open_page=True)
     assert "no browser to open" in capsys.readouterr().err

@@ -15,7 +15,7 @@ pytest.importorskip("distributed")
 
 from netsim import load_results
 from netsim.errors import NetsimError
-from netsim.study.build_id import build_id
+from netsim.study.build_id import build_id, versions
 from netsim.study.cluster import DaskWorkers, _check_versions
 from netsim.study.trial import Task, run_trial
 
@@ -120,13 +120,27 @@ def test_a_trial_that_kills_its_workers_fails_and_the_rest_go_on(tmp_path, clust
 def test_another_version_of_netsim_is_refused_naming_both(cluster):
     class Client:
         def run(self, ask):
-            return {"tcp://a:1": build_id(), "tcp://b:2": "9.9.9"}
+            return {"tcp://a:1": versions(), "tcp://b:2": versions() | {"netsim": "9.9.9"}}
 
     with pytest.raises(NetsimError, match=rf"tcp://b:2 has netsim 9\.9\.9, this is netsim {re.escape(build_id())}"):
         _check_versions(Client(), cluster.address)
     outcome = run_trial(Task(0, 0, 0, "digest-0", "", netsim_version="9.9.9"))
     assert outcome.status == "failed"
     assert outcome.error == f"its worker has netsim {build_id()}, the study netsim 9.9.9: install the same"
+
+
+def test_other_packages_of_workers_are_told_in_one_line():
+    class Client:
+        def __init__(self, numpy):
+            self.numpy = numpy
+
+        def run(self, ask):
+            return {f"tcp://a:{number}": versions() | {"numpy": each} for number, each in enumerate(self.numpy)}
+
+    own = versions()["numpy"]
+    assert _check_versions(Client([own, own]), "tcp://s:1") == ()
+    (told,) = _check_versions(Client([own, "1.0", "1.0"]), "tcp://s:1")
+    assert told.endswith(f"workers of tcp://s:1 have other packages: numpy 1.0 on 2 of 3 (here {own})")
 
 
 def test_a_scheduler_that_goes_away_ends_the_study_in_one_line(tmp_path):

@@ -2,18 +2,22 @@
 
 import json
 import math
-from collections.abc import Mapping
+import shutil
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scipy import stats
 
 from netsim.errors import ScenarioError
 from netsim.study.compare_studies import Line, Match, compare_studies
-from netsim.study.gate import parse_gate
+from netsim.study.gate import Judgement, parse_gate
 from netsim.study.plan import load_plan
 from netsim.study.results import load_results
 from netsim.study.run import run_study
+from netsim.study.shortfalls import Tally
+from netsim.study.tabulate import refresh_tables
 
 STUDY = """
 kind: study
@@ -116,6 +120,86 @@ def test_gates_judge_the_means_over_all_variants(studies: Mapping[str, Path]) ->
     assert found.judge(parse_gate("frame_byte < frame_byte_first")).failed
     with pytest.raises(ScenarioError, match="expected first_death_s to be a number"):
         found.judge(parse_gate("first_death_s > 1"))
+
+
+def changed(original: Path, folder: Path, change: Callable[[dict[str, Any]], None], drop: int = 0) -> Path:
+    """A copy of a study whose trials came to something else; the last ones may be missing."""
+    shutil.copytree(original, folder)
+    outcomes = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
+    kept = outcomes[: len(outcomes) - drop]
+    for outcome in kept:
+        change(outcome)
+    (folder / "trials.jsonl").write_text("".join(json.dumps(outcome) + "\n" for outcome in kept))
+    refresh_tables(folder)
+    return folder
+
+
+def crash(*trials: int) -> Callable[[dict[str, Any]], None]:
+    def change(outcome: dict[str, Any]) -> None:
+        if outcome["trial"] in trials:
+            outcome.update(status="failed", error="boom", figures={}, nodes={})
+
+    return change
+
+
+def forget(metric: str, *trials: int) -> Callable[[dict[str, Any]], None]:
+    def change(outcome: dict[str, Any]) -> None:
+        if outcome["trial"] in trials:
+            outcome["figures"][metric] = None
+
+    return change
+
+
+def judged(first: Path, later: Path, gate: str) -> Judgement:
+    return compare_studies([first, later]).judge([parse_gate(gate)])[0][1]
+
+
+def test_a_gate_does_not_pass_where_trials_crash_or_are_missing(studies: Mapping[str, Path], tmp_path: Path) -> None:
+    """Else the regression that crashes would be the one that is let through."""
+    one, gate = studies["one"], "frame_byte_rel > 0.01"
+    assert judged(one, studies["again"], gate).passes
+    crashed = changed(one, tmp_path / "crashed", crash(2, 5))
+    found = judged(one, crashed, gate)
+    assert not found.failed
+    assert not found.passes
+    lost = "tolerance=0, repetition 1 (failed); tolerance=1, repetition 2 (failed)"
+    assert found.unjudged == f"2 of 6 trials that ended well in {one} did not here: {lost}"
+    short = changed(one, tmp_path / "short", crash(), drop=1)
+    assert judged(one, short, gate).unjudged.endswith("did not here: tolerance=1, repetition 2 (not run)")
+    assert "tolerance=0, repetition 0 (not asked for)" in judged(one, studies["level"], gate).unjudged
+    assert judged(crashed, one, gate).passes  # what was wrong before, and is mended
+    assert judged(crashed, changed(one, tmp_path / "as-before", crash(5, 2)), gate).passes
+    other = changed(studies["seed"], tmp_path / "other", crash(0))
+    assert judged(one, other, "frame_byte_rel > 1").unjudged.endswith("tolerance=0, repetition 0 (failed)")
+    assert judged(one, studies["seed"], "frame_byte_rel > 1").passes
+
+
+def test_a_gate_is_not_refused_for_figures_that_crashes_took(studies: Mapping[str, Path], tmp_path: Path) -> None:
+    """All trials of a variant, and all trials there are."""
+    for name, trials in (("variant", (0, 2, 4)), ("all", range(6))):
+        found = judged(studies["one"], changed(studies["one"], tmp_path / name, crash(*trials)), "energy_j_rel > 0")
+        assert f"{len(trials)} of 6 trials that ended well" in found.unjudged
+
+
+def test_a_gate_does_not_pass_where_only_one_has_the_figure(studies: Mapping[str, Path], tmp_path: Path) -> None:
+    """Else a variant that no longer converges would not count; what the gate does not ask for may be missing."""
+    one = studies["one"]
+    later = changed(one, tmp_path / "later", forget("energy_j", 3))
+    reason = "only one of the studies has a figure of tolerance=1, repetition 1 (no energy_j "
+    assert judged(one, later, "energy_j_rel > 0.1").unjudged == f"{reason}there)"
+    assert judged(later, one, "energy_j_rel > 0.1").unjudged == f"{reason}in the first)"
+    assert judged(one, later, "frame_byte_rel > 0.1").passes
+    assert judged(later, changed(one, tmp_path / "same", forget("energy_j", 3)), "energy_j_rel > 0.1").passes
+    other = changed(studies["seed"], tmp_path / "other", forget("energy_j", 1))
+    told = judged(one, other, "energy_j_rel > 9").unjudged
+    assert told.endswith("tolerance=1 (of energy_j: a share of 2/3 there, 1 in the first)")
+
+
+def test_failed_trials_are_tallied(studies: Mapping[str, Path], tmp_path: Path) -> None:
+    later = changed(studies["one"], tmp_path / "later", crash(2), drop=1)
+    first, found = compare_studies([studies["one"], later]).matches[0].tallies
+    assert first == Tally(str(studies["one"]), 6, (), ())
+    assert found == Tally(str(later), 6, ("tolerance=0, repetition 1",), ("tolerance=1, repetition 2",))
 
 
 def test_what_differs_between_the_studies_is_told(studies: Mapping[str, Path], tmp_path: Path) -> None:

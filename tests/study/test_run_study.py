@@ -7,7 +7,7 @@ from study_rig import lines_of, same_tables, write_misbehaving, write_study
 
 import netsim
 from netsim.errors import ScenarioError
-from netsim.study.build_id import build_id
+from netsim.study.build_id import build_id, versions
 from netsim.study.executors import ThisProcess
 from netsim.study.journal import read_journal
 from netsim.study.plan import load_plan
@@ -282,6 +282,9 @@ def test_figures_of_another_netsim_are_told_of(tmp_path):
     assert {each.netsim_version for each in read_journal(journal)} == {"0.0.7"}
     notes, _, _ = reopen(tmp_path, out)
     assert notes == (f"warning: finished trials were run by netsim 0.0.7, the others are by {build_id()}",)
+    journal.write_text(journal.read_text().replace(f'"numpy": "{versions()["numpy"]}"', '"numpy": "1.0"', 1))
+    notes, _, _ = reopen(tmp_path, out)
+    assert notes[1:] == (f"warning: finished trials were run by numpy 1.0, the others are by {versions()['numpy']}",)
 
 
 def test_a_study_without_axes_is_one_variant(tmp_path):

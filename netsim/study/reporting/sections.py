@@ -126,6 +126,8 @@ def _caveats(view: View) -> Iterator[str]:
         names = and_list([plain(axis.name) for axis in view.conditions])
         yield f"Not a designer's choice but circumstances, within which the variants are held against each other: {names}."
     yield from _of_trials(view)
+    if len(view.info.builds) > 1:
+        yield "Trials were run by different versions, told at the end: what differs may be due to them."
     if view.absent:
         yield f"Asked for, but no trial has a figure of it: {and_list([code(name) for name in view.absent])}."
     yield from (f"netsim warns: {plain(warning)}." for warning in view.info.warnings)
@@ -198,7 +200,7 @@ def _again(view: View, study_file: str) -> Iterator[Block]:
         yield Code(str(view.results.trials["command"].iloc[0]), "sh")
     yield Text("This report from the results, from the study's folder:")
     yield Code("netsim report .", "sh")
-    versions = ", ".join(f"{name} {version}" for name, version in info.versions.items())
+    versions = ", ".join(f"{name} {version}" for name, version in info.trial_versions.items())
     last, first = info.repetitions[-1], info.repetitions[0]
     numbers = f"repetitions {first} to {last}" if last != first else f"repetition {first}"
     yield Text(f"Seed {seeds}; {numbers}." + (f" Versions: {plain(versions)}." if versions else ""))
