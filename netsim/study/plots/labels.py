@@ -27,7 +27,7 @@ PLACES = (
 """Where a name may lie, best first: a direction from its point, and to which side it runs from there."""
 Place = tuple[float, int, int]
 RADII = (1.0, 2.2, 3.4, 5.0)
-STRAY_PX = 3.0
+STRAY_PX = 1.5
 """By so much at least a name is nearer to its own point than to any other."""
 NAME_WEIGHT = 10.0
 """Covering another name is so much worse than covering a point or a bar."""

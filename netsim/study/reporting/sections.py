@@ -161,9 +161,9 @@ def _of_intervals(view: View) -> Iterator[str]:
         yield "Pareto sets are those of the means: where intervals overlap, other repetitions may change the members."
         if any(view.candidates(cost) for cost in view.costs):
             yield (
-                "“Not shown to be dominated”: outside the Pareto set by their means, but of no other variant of the setting do "
-                "the paired differences show, after Holm's adjustment for all pairs, that it is better in error or cost and "
-                "better or equal in the other."
+                "“Not shown to be dominated”: outside the Pareto set by their means, but of no other variant of the setting "
+                "do the paired differences show, after Holm's adjustment for all pairs, that it is better in one of error "
+                "and cost and better or equal in the other."
             )
 
 
