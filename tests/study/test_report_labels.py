@@ -71,7 +71,8 @@ def test_wherever_the_points_lie_no_name_is_nearer_to_another(points):
 
 def test_a_name_has_the_colour_of_its_point_dark_enough_to_read():
     panel = labelled(RR["energy_j"])
-    assert [text.get_color() for text in panel.texts] == [legible(colour) for colour in PALETTE[:5]]
+    colours = {text.get_text(): text.get_color() for text in panel.texts}
+    assert colours == {name: legible(colour) for name, colour in zip(NAMES, PALETTE, strict=False)}
     for colour in (*PALETTE, "#fde725"):
         red, green, blue = mpl.colors.to_rgb(legible(colour))
         linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in (red, green, blue)]

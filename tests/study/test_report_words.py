@@ -153,6 +153,7 @@ def test_what_repetitions_cannot_tell_from_the_pareto_set_is_named(tmp_path):
     (best,) = view.pareto("energy_j", (0, 1, 2))
     other = "AB"[1 - best]
     assert bullets(view)[-1].endswith(f"{'AB'[best]} (not shown to be dominated: {other}).")
+    assert "“Not shown to be dominated”" in caveats(view)
 
 
 def test_a_baseline_of_0_has_no_relative_difference_and_the_report_says_so(tmp_path):

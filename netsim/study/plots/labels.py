@@ -18,13 +18,21 @@ from matplotlib.transforms import Bbox
 from netsim.study.plots.style import INK, legible
 
 GAP_PT = 6.0
-PLACES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
-"""Directions in which a name may lie from its point, best first."""
+PLACES = (
+    *((1, 1, 1), (-1, 1, -1), (1, -1, 1), (-1, -1, -1)),
+    *((1, 0, 1), (-1, 0, -1), (0, 1, 0), (0, -1, 0)),
+    *((0, 1, 1), (0, 1, -1), (0, -1, 1), (0, -1, -1)),
+    *((-0.5, 1, 1), (0.5, 1, -1), (-0.5, -1, 1), (0.5, -1, -1)),
+)
+"""Where a name may lie, best first: a direction from its point, and to which side it runs from there."""
+Place = tuple[float, int, int]
 RADII = (1.0, 2.2, 3.4, 5.0)
-STRAY_PX = 3.0
+STRAY_PX = 1.5
 """By so much at least a name is nearer to its own point than to any other."""
+NAME_WEIGHT = 10.0
+"""Covering another name is so much worse than covering a point or a bar."""
 STRAYED = 1e5
-"""What a name costs that is not, in square pixels of overlap: more than any name covers."""
+"""What it costs a name to be nearer by less, a pixel, in square pixels of overlap: more than any name covers."""
 NEAR_PT = 1.5 * GAP_PT
 """A name further away is joined to its point by a line."""
 SAME_PX = 4.0
@@ -59,12 +67,14 @@ class Panel:
     """What names must keep clear of, in pixels.
 
     Attributes:
-        taken: Boxes of points, bars and names.
+        taken: Boxes of points and bars.
+        names: Boxes of the names written already.
         points: (N, 2) where the points are.
         frame: Within which names stay.
     """
 
     taken: list[Bbox]
+    names: list[Bbox]
     points: Any
     frame: Bbox
 
@@ -76,14 +86,20 @@ def label_points(axis: Any, marks: Sequence[Mark]) -> None:
     renderer = canvas.get_renderer()
     taken = [box for mark in marks for box in _boxes(axis, mark)]
     points = np.asarray([_pixels(axis, mark) for mark in marks], dtype=float).reshape(-1, 2)
-    panel = Panel(taken, points, axis.get_window_extent(renderer))
-    for mark in _together(axis, marks):
+    panel = Panel(taken, [], points, axis.get_window_extent(renderer))
+    for mark in sorted(_together(axis, marks), key=lambda mark: _room(panel, _pixels(axis, mark))):
         text = axis.annotate(mark.name, (mark.x, mark.y), xytext=(0, 0), textcoords="offset points", fontsize=8,
                              color=legible(mark.colour), zorder=9)  # fmt: skip
         text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
         box = _place(text, renderer, panel, _pixels(axis, mark))
-        panel.taken.append(box)
+        panel.names.append(box)
         _join(axis, mark, box)
+
+
+def _room(panel: Panel, own: Any) -> float:
+    """How far the next point is: where there is least room, a name is written first."""
+    apart = np.hypot(*(panel.points - own).T)
+    return float(np.min(apart[apart > SAME_PX], initial=np.inf))
 
 
 def _pixels(axis: Any, mark: Mark) -> Any:
@@ -132,12 +148,14 @@ def _place(text: Any, renderer: Any, panel: Panel, own: Any) -> Bbox:
     """Move a name to where it covers least and is nearest to its own point; its box."""
     apart = np.hypot(*(panel.points - own).T)
     others = panel.points[apart > SAME_PX]
-    best: tuple[float, float, tuple[int, int], Bbox] = (np.inf, RADII[0], PLACES[0], Bbox.null())
+    best: tuple[float, float, Place, Bbox] = (np.inf, RADII[0], PLACES[0], Bbox.null())
     for radius, place in product(RADII, PLACES):
         _move(text, place, radius)
         box = text.get_window_extent(renderer)
         cost = sum(_overlap(box, other) for other in panel.taken) + 3.0 * _outside(box, panel.frame)
-        cost += STRAYED * bool(np.any(_distances(box, others) < _distances(box, own[None]) + STRAY_PX))
+        cost += NAME_WEIGHT * sum(_overlap(box, other) for other in panel.names)
+        nearest = np.min(_distances(box, others), initial=np.inf)
+        cost += STRAYED * max(0.0, float(_distances(box, own[None])[0] + STRAY_PX - nearest))
         if cost < best[0] - 1e-9:
             best = (cost, radius, place, box)
         if cost == 0.0:
@@ -164,10 +182,11 @@ def _join(axis: Any, mark: Mark, box: Bbox) -> None:
         axis.add_artist(Line2D([x0, x1], [y0, y1], color=legible(mark.colour), lw=0.7, zorder=4))
 
 
-def _move(text: Any, place: tuple[int, int], radius: float) -> None:
-    text.set_horizontalalignment(ALIGN_X[place[0]])
-    text.set_verticalalignment(ALIGN_Y[place[1]])
-    text.set_position((place[0] * GAP_PT * radius, place[1] * GAP_PT * radius))
+def _move(text: Any, place: Place, radius: float) -> None:
+    x, y, side = place
+    text.set_horizontalalignment(ALIGN_X[side])
+    text.set_verticalalignment(ALIGN_Y[y])
+    text.set_position((x * GAP_PT * radius, y * GAP_PT * radius))
 
 
 def _overlap(one: Bbox, other: Bbox) -> float:

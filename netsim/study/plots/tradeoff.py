@@ -36,6 +36,8 @@ MOST_SETTINGS = 9
 """So many settings of the circumstances get a panel."""
 MOST_NAMES = 7
 """So many points of a panel get their names: all of them if one choice tells them apart, else the Pareto set."""
+NAME_MARGIN = 0.2
+"""Room beside the outermost points for their names, in widths of their range."""
 
 
 def tradeoff_plots(view: View) -> Iterator[Plot]:
@@ -131,6 +133,8 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
     axis.plot(*zip(*line, strict=True), "-", color=SOFT, lw=1, zorder=3)
     axis.plot(*zip(*line, strict=True), "o", mfc="none", mec=INK, ms=10, mew=1, zorder=6)
     axis.set_xlabel(title_with(cost, view.scale(cost).unit))
+    if len(view.choices) != 2:
+        axis.margins(x=NAME_MARGIN)
     if where:
         axis.set_title(wrap(where, 34))
 

@@ -91,16 +91,16 @@ def pareto_chain(view: View, cost: str, variants: Sequence[int]) -> str:
 def missing(view: View, metrics: Sequence[str], variants: Sequence[int]) -> str:
     """Which of some variants lack a figure of one of the metrics in some trial: ` (not every trial has a figure: a)`."""
     found = [number for number in variants if not all(view.is_whole(number, metric) for metric in metrics)]
-    names = _few([name_within(view, number) for number in found])
-    return f" (not every trial has a figure: {'; '.join(names)})" if names else ""
+    names = _few([bracketed(name_within(view, number)) for number in found])
+    return f" (not every trial has a figure: {', '.join(names)})" if names else ""
 
 
 def rivals(view: View, cost: str, variants: Sequence[int]) -> str:
     """The variants outside the Pareto set of the means of which it is not shown that another dominates them."""
     members = view.pareto(cost, variants)
     found = [number for number in variants if number in view.candidates(cost) and number not in members]
-    names = _few([name_within(view, number) for number in found])
-    return f" (not shown to be dominated: {'; '.join(names)})" if names else ""
+    names = _few([bracketed(name_within(view, number)) for number in found])
+    return f" (not shown to be dominated: {', '.join(names)})" if names else ""
 
 
 def name_within(view: View, variant: int) -> str:

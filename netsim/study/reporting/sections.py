@@ -161,6 +161,12 @@ def _of_intervals(view: View) -> Iterator[str]:
         yield from _of_pairs(view)
     if len(view.variants) > 1 and view.error is not None:
         yield "Pareto sets are those of the means: where intervals overlap, other repetitions may change the members."
+        if any(view.candidates(cost) for cost in view.costs):
+            yield (
+                "“Not shown to be dominated”: outside the Pareto set by their means, but of no other variant of the setting "
+                "do the paired differences show, after Holm's adjustment for all pairs, that it is better in one of error "
+                "and cost and better or equal in the other."
+            )
 
 
 def _of_pairs(view: View) -> Iterator[str]:
