@@ -5,6 +5,7 @@ dask worker tcp://HOST:8786 --nworkers 8 --nthreads 1     # on each machine that
 netsim study STUDY --scheduler tcp://HOST:8786
 """
 
+import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,6 +23,10 @@ CONNECT_S = 5.0
 """How long a scheduler may take to answer."""
 COUNT_EVERY_S = 5.0
 """How often to look whether workers came or went."""
+
+
+ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://(\[[0-9a-fA-F:.]+\]|[^:/\s]+):[0-9]{1,5}")
+"""Of a scheduler: protocol, host, port."""
 
 
 class ClusterLost(NetsimError):
@@ -118,8 +123,11 @@ def _client(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError as error:
-        message = "--scheduler needs Dask, which is not installed: pip install 'netsim[cluster]'"
+        message = "--scheduler needs Dask, which is not installed: pip install dask distributed"
         raise ScenarioError(message) from error
+    if not ADDRESS.fullmatch(address):  # Dask would leave a client behind that complains when it is collected
+        message = f"--scheduler: expected an address such as tcp://host:8786, got `{address}`"
+        raise ScenarioError(message)
     _quieten()
     connect: Any = Client
     try:
@@ -178,5 +186,5 @@ def _quieten() -> None:
     """Dask's own log would tell of lost connections line by line, beside our one line."""
     import logging
 
-    for name in ("distributed", "distributed.client", "distributed.comm", "tornado"):
+    for name in ("distributed", "distributed.client", "distributed.comm", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -174,6 +174,8 @@ def _compare(plan: Plan, folder: Path, outcomes: Mapping[str, Outcome], allow_ch
         return [f"more repetitions than before ({found.lines[0]})"]
     kept = {task.key for task in plan.tasks(folder)}
     finished = [key for key, outcome in outcomes.items() if outcome.status == "ok"]
+    if not finished:  # nothing is lost: say, all had failed, and the algorithm has been mended since
+        return [f"changed: {line}" for line in found.lines]
     count = f"{sum(key in kept for key in finished)} of {len(finished)} finished trials still count"
     if allow_changed:
         return [*(f"changed: {line}" for line in found.lines), f"{count}; the others stay in {JOURNAL_FILE}"]

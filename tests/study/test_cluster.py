@@ -178,3 +178,10 @@ def test_no_scheduler_there_is_one_line_and_quick(tmp_path):
 def test_an_address_that_is_none():
     with pytest.raises(NetsimError, match="expected an address such as tcp://host:8786"):
         DaskWorkers("udp://what")
+
+
+@pytest.mark.parametrize("address", ["", "foo://x", "tcp://127.0.0.1", "127.0.0.1:8786", "tcp://a:b"])
+def test_an_address_that_is_none_is_one_line_and_leaves_nothing_behind(tmp_path, address):
+    status, _, err = netsim("study", write_study(tmp_path), "--scheduler", address, "--out", tmp_path / "out")
+    assert status == 2
+    assert err.splitlines() == [f"error: --scheduler: expected an address such as tcp://host:8786, got `{address}`"]

@@ -44,7 +44,7 @@ def studies(scenarios: Path, tmp_path_factory: pytest.TempPathFactory) -> Mappin
         ("half", ["set={algorithm.payload: float16}"]),
         ("seed", ["seed=5"]),
         ("level", ["sweep=[{path: algorithm.tolerance, values: [1, 2]}]", "repetitions=1"]),
-        ("axis", ["sweep=[{path: algorithm.rounds, values: [2, 3]}]", "repetitions=1"]),
+        ("axis", ["sweep=[{name: length, path: algorithm.rounds, values: [2, 3]}]", "repetitions=1"]),
     ):
         made[name] = folder / name
         made[name].mkdir()
@@ -107,7 +107,7 @@ def test_levels_that_only_one_has_are_left_out(studies: Mapping[str, Path]) -> N
     told = line(found.variants["tolerance=1"], "energy_j").difference
     assert told.n == 1
     assert math.isnan(told.sample.low)
-    with pytest.raises(ScenarioError, match=r"expected the axes of .*one, tolerance; got rounds"):
+    with pytest.raises(ScenarioError, match=r"expected the axes of .*one, tolerance; got length"):
         match(studies, "axis")
 
 

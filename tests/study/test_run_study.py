@@ -143,6 +143,18 @@ def test_failed_trials_are_run_again_on_resume(tmp_path):
     same_tables(out, clean)
 
 
+def test_where_all_failed_the_mended_study_goes_on_without_more_ado(tmp_path):
+    file, out = write_misbehaving(tmp_path, ["raise"]), tmp_path / "out"
+    out.mkdir()
+    assert len(run_study(load_plan(file), out, "c").failures) == 2
+    module = tmp_path / "misbehaving.py"
+    module.write_text(module.read_text().replace('raise ValueError("as told")', "return"))
+    with open_study(load_plan(file), out, "c", resume=True) as study:
+        assert any(note.startswith("changed: ") for note in study.notes)
+        end = study.run(lambda trials: ThisProcess(), lambda standing: True)
+    assert (end.standing.ran, end.failures) == (2, ())
+
+
 def test_what_cannot_be_written_down_is_a_failure_of_its_trial(tmp_path, monkeypatch):
     from netsim.metrics.collect import Metrics
 
