@@ -156,7 +156,9 @@ def _tell_failures(plan: Plan, end: StudyEnd) -> None:
     tell(f"  see it: cd {shlex.quote(str(end.folder))} && {command_of(task)} --debug")
     tell(f"  run the failed ones again: {_resuming(end.folder)}")
     if end.standing.done > len(end.failures):
-        tell("  (with --allow-changed if you mend an algorithm or a scenario: all trials that it changes are run again)")
+        tell(
+            "  (with --allow-changed if you mend an algorithm or a scenario: all trials that it changes are run again)"
+        )
     if "--debug" in sys.argv[1:] and outcome.details:
         tell(outcome.details.rstrip())
 
