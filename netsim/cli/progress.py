@@ -1,17 +1,15 @@
 """How far a run is: a bar in simulated time on a terminal, a plain line now and then elsewhere."""
 
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
 
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from netsim.cli.console import err, is_terminal, tell
+from netsim.cli.console import tell
+from netsim.cli.watching import LINE_EVERY_S, progress_bar, wish_to_end
 from netsim.units import NS_PER_S
 
-LINE_EVERY_S = 5.0
 MIN_LOOK_S = 0.1
 
 
@@ -47,30 +45,19 @@ class Watch:
 @contextmanager
 def watched() -> Iterator[Watch]:
     """Show progress, and turn the first Ctrl-C (or SIGTERM) into the wish to end; a second one stops at once."""
-    bar = None
-    if is_terminal():
-        columns = (
-            TextColumn("simulating"),
-            BarColumn(),
-            TextColumn("{task.completed:.1f} of at most {task.total:g} s"),
-            TextColumn("{task.fields[speed]}"),
-            TimeRemainingColumn(),
-        )
-        bar = Progress(*columns, console=err, transient=True)
-        bar.start()
-    watch = Watch(bar)
+    columns = (
+        TextColumn("simulating"),
+        BarColumn(),
+        TextColumn("{task.completed:.1f} of at most {task.total:g} s"),
+        TextColumn("{task.fields[speed]}"),
+        TimeRemainingColumn(),
+    )
+    with progress_bar(*columns) as bar:
+        watch = Watch(bar)
 
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        if watch.wants_end:
-            raise KeyboardInterrupt
-        watch.wants_end = True
-        tell("ending the run and closing its files; once more to stop at once")
+        def note() -> None:
+            watch.wants_end = True
+            tell("ending the run and closing its files; once more to stop at once")
 
-    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield watch
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if bar is not None:
-            bar.stop()
+        with wish_to_end(note):
+            yield watch

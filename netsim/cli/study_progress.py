@@ -1,17 +1,14 @@
 """How far a study is: a bar on a terminal, a plain line now and then elsewhere."""
 
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
 
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
-from netsim.cli.console import err, is_terminal, tell
+from netsim.cli.console import tell
+from netsim.cli.watching import LINE_EVERY_S, progress_bar, wish_to_end
 from netsim.study.dispatch import Standing
-
-LINE_EVERY_S = 5.0
 
 
 class StudyWatch:
@@ -67,32 +64,21 @@ def duration(time_s: float) -> str:
 @contextmanager
 def watched_study() -> Iterator[StudyWatch]:
     """Show progress, and turn the first Ctrl-C (or SIGTERM) into the wish to end; a second one stops at once."""
-    bar = None
-    if is_terminal():
-        columns = (
-            TextColumn("trials"),
-            BarColumn(),
-            TextColumn("{task.completed:.0f} of {task.total:.0f}"),
-            TextColumn("{task.fields[remarks]}"),
-        )
-        bar = Progress(*columns, console=err, transient=True)
-        bar.start()
-    watch = StudyWatch(bar)
+    columns = (
+        TextColumn("trials"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+        TextColumn("{task.fields[remarks]}"),
+    )
+    with progress_bar(*columns) as bar:
+        watch = StudyWatch(bar)
 
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        if watch.wants_end:
-            raise KeyboardInterrupt
-        watch.wants_end = True
-        tell(_ending(watch.standing))
+        def note() -> None:
+            watch.wants_end = True
+            tell(_ending(watch.standing))
 
-    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield watch
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if bar is not None:
-            bar.stop()
+        with wish_to_end(note):
+            yield watch
 
 
 def _ending(standing: Standing | None) -> str:
