@@ -1,8 +1,10 @@
 """From a testbed's log to the medium of a scenario: `netsim calibrate`.
 
-log = read_log(Path("testbed.csv"))
-found = calibrate(log, Options(positions=read_nodes(Path("nodes.csv"))))
-print(medium_yaml(found))
+    log = read_log(Path("testbed.csv"))
+    found = calibrate(log, Options(positions=read_nodes(Path("nodes.csv"))))
+    print(medium_yaml(found))
+
+Nothing here knows the command line.
 """
 
 from netsim.calibrate.fit import calibrate

@@ -145,7 +145,11 @@ def _write_report(folder: Path) -> Path:
     from netsim.study.report import write_report
 
     tell("writing the report")
-    return write_report(folder)
+    try:
+        return write_report(folder)
+    except KeyboardInterrupt:
+        tell(f"stopped before the report was written; the tables are: netsim report {shlex.quote(str(folder))}")
+        raise
 
 
 def _tell_failures(plan: Plan, end: StudyEnd) -> None:

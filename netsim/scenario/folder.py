@@ -62,7 +62,9 @@ def copy_inputs(folder: Path, inputs: Sequence[Input]) -> None:
         target = folder / each.name
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(each.source.read_bytes())
+            content = each.source.read_bytes()
+            target.unlink(missing_ok=True)  # it may be a link that other folders share
+            target.write_bytes(content)
         except OSError as error:
             message = f"cannot copy {each.source} to {target}: {error.strerror or error}"
             raise TraceError(message) from error

@@ -1,8 +1,10 @@
 """Trials on a Dask cluster: any machines that reach its scheduler and have the same netsim; no shared disk is needed.
 
-dask scheduler --port 8786                                # on one machine
-dask worker tcp://HOST:8786 --nworkers 8 --nthreads 1     # on each machine that helps
-netsim study STUDY --scheduler tcp://HOST:8786
+    dask scheduler --port 8786                                # on one machine
+    dask worker tcp://HOST:8786 --nworkers 8 --nthreads 1     # on each machine that helps
+    netsim study STUDY --scheduler tcp://HOST:8786
+
+A task takes its variant's files along.
 """
 
 import re

@@ -97,7 +97,7 @@ class StudyInfo:
         description: What one must know to read its results.
         axes: What is varied.
         variants: Every combination of the axes' levels.
-        seed: Seed of the trials; those of the variants, should they differ, by variant.
+        seeds: Seeds of the trials: one, unless the variants' scenarios have different ones.
         repetitions: The repetitions' numbers.
         metrics: Metrics to tabulate; empty for the usual ones.
         error: Metric to hold against the costs; None for the problem's.

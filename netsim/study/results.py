@@ -1,9 +1,11 @@
 """The tables of a study: one row a trial, one row a trial and node; written as Parquet and CSV.
 
-from netsim import load_results
+    from netsim import load_results
 
-trials = load_results("runs/csmp-tolerance")
-trials.groupby("tolerance")["energy_j"].mean()
+    trials = load_results("runs/csmp-tolerance")
+    trials.groupby("tolerance")["energy_j"].mean()
+
+Equal journals give equal tables, byte for byte.
 """
 
 import re

@@ -7,7 +7,7 @@ import pytest
 from study_rig import QUICKSTART, write_misbehaving, write_study
 
 from netsim.errors import ScenarioError
-from netsim.study.plan import load_plan
+from netsim.study.plan import load_plan, write_plan
 from netsim.study.run import run_study
 
 HEAD = f"""kind: study
@@ -209,3 +209,30 @@ def test_a_scenario_that_is_wrong_by_itself_is_told_once(tmp_path):
 def test_levels_of_metric_dictionaries_are_metrics_too(tmp_path):
     plan = load_plan(write_study(tmp_path, metrics=["energy_by_state_j.radio.listen"]))
     assert plan.study.metrics == ("energy_by_state_j.radio.listen",)
+
+
+def test_a_file_that_variants_shared_is_not_written_over_for_all_when_one_takes_another(tmp_path):
+    scenario = {"kind": "scenario", "extends": str(QUICKSTART), "algorithm": {"tolerance": 0.5}}
+    (tmp_path / "base.yaml").write_text(json.dumps(scenario))
+    for name, x_m in (("a", 1.0), ("b", 2.0)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "x.csv").write_text(f"id,x_m,y_m\n0,{x_m},3.0\n1,{x_m},6.0\n")
+    out = tmp_path / "out"
+    for files in ("a", "a"), ("b", "a"):
+        cases = [
+            {
+                "name": str(number),
+                "set": {
+                    "algorithm.tolerance": number,
+                    "nodes[0].placement": {"type": "csv", "file": f"{file}/x.csv"},
+                },
+            }
+            for number, file in enumerate(files)
+        ]
+        write_plan(
+            load_plan(write_study(tmp_path, scenario="base.yaml", set={}, sweep=[{"name": "n", "cases": cases}])),
+            out,
+            "c",
+        )
+    held = [(out / "variants" / f"00{number}" / "inputs" / "x.csv").read_text() for number in (0, 1)]
+    assert held == [(tmp_path / name / "x.csv").read_text() for name in ("b", "a")]
