@@ -5,6 +5,7 @@ the distributed algorithm call the same vertex objects, so that their results ar
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -50,6 +51,48 @@ class Vertex(Protocol):
 
     def operations(self) -> int:
         """Rough number of elementary operations (a load, an addition, a comparison) of one call of `outgoing`."""
+        ...
+
+
+Weights = Mapping[int, FloatArray]
+"""For each neighbour a log weight on the vertex's own states as that neighbour sees them, of `incoming_size`; missing: 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The best state of a vertex.
+
+    Attributes:
+        state: The state, in a form that two choices of the same vertex can be compared by.
+        margin: Log score of the best state less that of the second best; infinite with one possible state, 0 for a tie.
+    """
+
+    state: tuple[int, ...]
+    margin: float
+
+
+class ReweightableVertex(Vertex, Protocol):
+    """A vertex whose potentials can be rewritten edge by edge, as tree-reweighted max-product needs.
+
+    Reparameterization only ever adds functions of what one neighbour sees of the state, so a vertex with more states than
+    can be listed is rewritten as easily as a small one.
+    """
+
+    def reweighted(self, neighbour: int, weights: Weights, exponent: float) -> FloatArray:
+        """The max-product message to one neighbour under other potentials.
+
+        Args:
+            neighbour: Who it is for.
+            weights: Added to the node potential; that neighbour's own entry counts like the others.
+            exponent: Power to which the edge potential towards `neighbour` is raised; a constraint stays as it is.
+
+        Returns:
+            Log message over what the neighbour receives (`outgoing_size`), normalised; -inf for what is impossible.
+        """
+        ...
+
+    def choice(self, weights: Weights) -> Choice:
+        """The best state of node potential plus weights, and how clearly it is the best."""
         ...
 
 
