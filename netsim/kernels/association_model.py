@@ -49,6 +49,7 @@ class CoveredTarget:
         sensors: All sensors that cover it, ascending.
         vertex: Id of its vertex; None when fewer than three sensors cover it.
         host: Node that hosts the vertex; None without one.
+        candidates: Nodes that can host it, in order of preference, the host first; empty without a vertex.
     """
 
     target: int
@@ -57,6 +58,7 @@ class CoveredTarget:
     sensors: tuple[int, ...]
     vertex: int | None
     host: int | None
+    candidates: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +111,8 @@ class AssociationInstance:
         coverage: For each target the sensors that cover it, ascending.
         hosts: For each target the node that hosts its vertex; None when fewer than three sensors cover it.
         model: How the sensors see.
+        preferences: For each target the nodes that can host its vertex, in order of preference, the host first; empty
+            (as in instances written before there was a choice) for the host, then the others by node id.
     """
 
     sensor_nodes: tuple[int, ...]
@@ -118,6 +122,7 @@ class AssociationInstance:
     coverage: tuple[tuple[int, ...], ...]
     hosts: tuple[int | None, ...]
     model: SensorModel
+    preferences: tuple[tuple[int, ...], ...] = ()
 
     @cached_property
     def targets_of(self) -> tuple[tuple[int, ...], ...]:
@@ -154,7 +159,18 @@ class AssociationInstance:
             sensors=self.coverage[target],
             vertex=self.target_vertex_id(target),
             host=self.hosts[target],
+            candidates=self._candidates(target),
         )
+
+    def _candidates(self, target: int) -> tuple[int, ...]:
+        """See `preferences`."""
+        host = self.hosts[target]
+        if host is None:
+            return ()
+        if self.preferences:
+            return self.preferences[target]
+        nodes = [self.sensor_nodes[sensor] for sensor in self.coverage[target]]
+        return (host, *(node for node in nodes if node != host))
 
     def to_json(self) -> str:
         """The instance as JSON; floats survive the round trip bit for bit."""
@@ -166,6 +182,7 @@ class AssociationInstance:
             "covariances_m2": self.covariances_m2.tolist(),
             "coverage": self.coverage,
             "hosts": self.hosts,
+            "preferences": self.preferences,
             "model": {
                 "noise_m2": model.noise_m2,
                 "detection_probability": model.detection_probability,
@@ -190,4 +207,5 @@ class AssociationInstance:
             coverage=tuple(map(tuple, content["coverage"])),
             hosts=tuple(content["hosts"]),
             model=SensorModel(noise_m2=((xx, xy), (yx, yy)), **model),
+            preferences=tuple(map(tuple, content.get("preferences", ()))),
         )

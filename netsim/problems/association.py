@@ -17,6 +17,7 @@ from netsim.kernels.association_model import (
     SensorModel,
 )
 from netsim.kernels.injections import IntArray
+from netsim.kernels.placement import HostingRule, Lodger, RouteCosts, message_byte, place
 from netsim.kernels.semiring import FloatArray
 from netsim.parameters import NonNegativeInt, PointM, Positive, Probability, parameters
 from netsim.problems.problem import placement
@@ -68,6 +69,12 @@ class AssociationParameters:
     """Chance that a sensor has a false alarm, uniform over its disc; it never has two."""
     false_alarms: Literal["strict", "geometric"] = "strict"
     """What the model believes of false alarms: at most one a sensor, or any number k with weight P_F^k."""
+    hosting: HostingRule = "nearest"
+    """Which of its covering sensors' nodes hosts the vertex of a target that three or more cover.
+
+    `nearest` to its prior mean; `least_communication`: least sum over the other covering sensors of expected message bytes
+    times hops; `least_energy`: of bytes times joules a byte over the route, its expected repetitions included;
+    `load_balanced`: the fullest node has as few vertices as possible, and of such placements the one of least distance."""
 
     @property
     def _share(self) -> float:
@@ -155,7 +162,11 @@ class AssociationProblem:
 
 
 def build(
-    parameters: AssociationParameters, sensor_positions_m: FloatArray, sensor_nodes: Sequence[int], streams: Streams
+    parameters: AssociationParameters,
+    sensor_positions_m: FloatArray,
+    sensor_nodes: Sequence[int],
+    streams: Streams,
+    costs: RouteCosts | None = None,
 ) -> AssociationProblem:
     """Draw a problem.
 
@@ -169,6 +180,7 @@ def build(
         sensor_positions_m: Positions of the nodes that have a sensor, shape (N, 2).
         sensor_nodes: Their node ids, in the same order, each once.
         streams: The run's random streams.
+        costs: What messages between the nodes cost; some rules of hosting need it.
 
     Raises:
         ScenarioError: When targets are to be drawn over the discs of no sensor.
@@ -183,16 +195,16 @@ def build(
     drawn = [_measure(parameters, sensors_m[s], targets_m, within[:, s], streams, node) for s, node in enumerate(nodes)]
     covariance = parameters.prior_variance_per_coordinate_m2 * np.eye(2)
     coverage = tuple(tuple(np.flatnonzero(row).tolist()) for row in within)
+    preferences = _preferences(parameters, means_m, sensors_m, nodes, coverage, costs)
     instance = AssociationInstance(
         sensor_nodes=nodes,
         measurements_m=tuple(points for points, _ in drawn),
         means_m=means_m,
         covariances_m2=np.tile(covariance, (len(targets_m), 1, 1)),
         coverage=coverage,
-        hosts=tuple(
-            _nearest(mean_m, sensors_m, covering, nodes) for mean_m, covering in zip(means_m, coverage, strict=True)
-        ),
+        hosts=tuple(order[0] if order else None for order in preferences),
         model=_sensor_model(parameters),
+        preferences=preferences,
     )
     return AssociationProblem(instance, targets_m, tuple(origin for _, origin in drawn))
 
@@ -257,9 +269,28 @@ def _measure(
     return points[order], origins[order]
 
 
-def _nearest(mean_m: FloatArray, sensors_m: FloatArray, covering: Sequence[int], nodes: Sequence[int]) -> int | None:
-    """Host of a target's vertex: the nearest covering sensor, of equals the first; None when it needs no vertex."""
-    if len(covering) < 3:
-        return None
-    distances_m = np.linalg.norm(sensors_m[list(covering)] - mean_m, axis=1)
-    return nodes[covering[int(np.argmin(distances_m))]]
+def _preferences(
+    parameters: AssociationParameters,
+    means_m: FloatArray,
+    sensors_m: FloatArray,
+    nodes: Sequence[int],
+    coverage: Sequence[Sequence[int]],
+    costs: RouteCosts | None,
+) -> tuple[tuple[int, ...], ...]:
+    """For each target the nodes that can host its vertex, the host first; none for a target that needs no vertex."""
+    covered = np.bincount([sensor for covering in coverage for sensor in covering], minlength=len(nodes))
+    lodgers = []
+    for mean_m, covering in zip(means_m.tolist(), coverage, strict=True):
+        hosts = covering if len(covering) >= 3 else ()
+        size_byte = {nodes[sensor]: message_byte(_entries(parameters, int(covered[sensor]))) for sensor in hosts}
+        lodgers.append(Lodger((mean_m[0], mean_m[1]), tuple(size_byte), size_byte))
+    places_m = {node: (x_m, y_m) for node, (x_m, y_m) in zip(nodes, sensors_m.tolist(), strict=True)}
+    return place(parameters.hosting, lodgers, places_m, costs)
+
+
+def _entries(parameters: AssociationParameters, covered: int) -> float:
+    """Expected entries of a message between a target and a sensor: one for each of its measurements, one for none.
+
+    How many measurements there will be is not known when hosts are chosen; expected are its detections and false alarms.
+    """
+    return 1.0 + parameters.detection_probability * covered + parameters.false_alarm_probability

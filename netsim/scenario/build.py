@@ -15,7 +15,7 @@ from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
 from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
-from netsim.scenario.links import air_between
+from netsim.scenario.links import Air, air_between
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.make_faults import FaultMaker
 from netsim.scenario.make_mac import MacMaker
@@ -24,6 +24,7 @@ from netsim.scenario.make_motion import movers, require_moving_air
 from netsim.scenario.make_network import NetworkMaker
 from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
+from netsim.scenario.route_costs import PlannedRoutes
 from netsim.sim.clock import Clock
 from netsim.sim.handle import Handle
 from netsim.sim.mobility import Mobility
@@ -63,10 +64,10 @@ def build(loaded: LoadedScenario, observers: Sequence[Observer] = (), clock: Clo
     return _Builder(loaded, observers, clock or Clock()).build()
 
 
-def _problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -> Problem:
+def _problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario, air: Air) -> Problem:
     """Draw the scenario's problem; what does not fit is a finding at its place in the file."""
     try:
-        return _draw_problem(nodes, streams, loaded)
+        return _draw_problem(nodes, streams, loaded, air)
     except ScenarioError as error:
         if error.findings:
             raise
@@ -74,12 +75,15 @@ def _problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -
         raise ScenarioError([finding]) from error
 
 
-def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario) -> Problem:
+def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario, air: Air) -> Problem:
     """Draw the scenario's problem: truth, observations, knowledge."""
     parameters = loaded.scenario.problem
     if isinstance(parameters, AssociationParameters):
         sensing = [place for place in nodes if place.sensor is not None]
-        return association.build(parameters, positions_m(sensing), [place.id for place in sensing], streams)
+        ids = [place.id for place in sensing]
+        return association.build(
+            parameters, positions_m(sensing), ids, streams, PlannedRoutes(loaded.scenario, nodes, air)
+        )
     if isinstance(parameters, GraphParameters):
         return graph.build(parameters, [place.id for place in nodes], streams, _model_text(parameters, loaded))
     return NoProblem()
@@ -114,8 +118,8 @@ class _Builder:
         self._streams = Streams(self._scenario.seed, self._scenario.repetition)
         self._places = places(loaded, self._streams)
         self._faults = FaultMaker(loaded, clock, self._recorder, self._streams, self._places)
-        self._problem = _problem(self._places, self._streams, loaded)
         self._air = air_between(self._places, loaded, self._streams)
+        self._problem = _problem(self._places, self._streams, loaded, self._air)
         scenario, streams, recorder = self._scenario, self._streams, self._recorder
         self._medium = make_medium(scenario, clock, recorder, streams, self._air)
         make_mac = MacMaker(loaded, clock, streams, self._medium, self._air, self._places)
