@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from netsim import __version__
+from netsim.cli.app_flow import flow
 from netsim.cli.app_study import compare, report, study
 from netsim.cli.options import Debug, NoPlugins, Scenario, Set, Trace
 from netsim.cli.sections import Section
@@ -167,6 +168,9 @@ def inspect(
             top=top,
         ),
     )
+
+
+app.command()(flow)
 
 
 app.command()(compare)
