@@ -21,6 +21,7 @@ SQUARES = ("target", "subregion", "region", "cell", "factor")
 
 _LETTER = {"subregion": "r"}
 _GAP = 0.6  # of the spacing that the vertices would have if they were spread evenly
+_ASIDE = 0.14  # of a vertex's diameter: messages the two ways along an edge go beside each other
 _PUSHES = 300
 _PULL = 0.05  # back to where a vertex belongs, at the first push; fades to nothing
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
@@ -50,6 +51,24 @@ class GraphLayout:
         """Rows of senders and receivers, shape (k, 2), each pair once."""
         unique = sorted(set(pairs))
         return np.array([[self.row_of[a], self.row_of[b]] for a, b in unique], np.int64).reshape(-1, 2)
+
+    def arrows(self, messages: Sequence[tuple[int, int]], mark_m: float) -> tuple[Floats, Floats]:
+        """Where the arrows of messages begin and how far they go: from rim to rim, to the right as the sender sees it.
+
+        Args:
+            messages: Sender and receiver, by id.
+            mark_m: Diameter of a vertex.
+
+        Returns:
+            Two arrays of shape (k, 2), k the number of different messages.
+        """
+        ends = self.place_m[self.rows(messages)]
+        way = ends[:, 1] - ends[:, 0]
+        length = np.linalg.norm(way, axis=1, keepdims=True)
+        along = way / np.maximum(length, np.finfo(float).tiny)
+        aside = _ASIDE * mark_m * np.column_stack([along[:, 1], -along[:, 0]])
+        rim = np.minimum(0.55 * mark_m, 0.4 * length)
+        return ends[:, 0] + aside + rim * along, way - 2 * rim * along
 
 
 def lay_out(model: VariablePlacement, nodes: NodeTable, truth: TruthTargets | None) -> GraphLayout:
@@ -116,11 +135,11 @@ def _anchors(
         if name in truth_m:
             anchors[row], known[row] = truth_m[name], True
     both = np.concatenate([edges, edges[:, ::-1]])
-    for row in np.flatnonzero(~known):
-        neighbours = both[both[:, 0] == row, 1]
+    for square in np.flatnonzero(~known):
+        neighbours = both[both[:, 0] == square, 1]
         placed = neighbours[known[neighbours]]
         if len(placed):
-            anchors[row] = anchors[placed].mean(axis=0)
+            anchors[square] = anchors[placed].mean(axis=0)
     return anchors
 
 

@@ -49,7 +49,9 @@ def load_flow(trace: Path) -> Flow:
         message = f"{trace}: expected a table of nodes, got none"
         raise TraceError(message)
     if not isinstance(model, VariablePlacement) or not any(each.messages for each in rounds):
-        message = f"{trace}: expected messages between the vertices of a graphical model, got none; the algorithm passes none"
+        message = (
+            f"{trace}: expected messages between the vertices of a graphical model, got none; the algorithm passes none"
+        )
         raise ScenarioError(message)
     if not log.is_synchronous:
         message = (
@@ -79,5 +81,7 @@ def _check_vertices(trace: Path, model: VariablePlacement, rounds: tuple[Round, 
     known = set(map(int, model.variable))
     unknown = {vertex for each in rounds for edge in each.messages for vertex in edge} - known
     if unknown:
-        message = f"{trace}: expected messages between the {len(known)} vertices of the model, got vertex {min(unknown)}"
+        message = (
+            f"{trace}: expected messages between the {len(known)} vertices of the model, got vertex {min(unknown)}"
+        )
         raise TraceError(message)

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from netsim.flow import look
 from netsim.flow.layout import GraphLayout
-from netsim.flow.rounds import Edge, Round
+from netsim.flow.rounds import Edge, Round, State, waking
 
 Floats = NDArray[np.float64]
 
-_ASIDE = 0.14  # of a vertex's diameter: messages the two ways along an edge go beside each other
 _MARGIN = 0.75  # of the gap, around the outermost vertices
 _ARROW_WIDTH_PT = 1.1
 _TOLD_WHY = 3
@@ -70,7 +69,7 @@ def draw_panel(axes: Axes, canvas: Canvas, this: Round, following: Round | None)
     _draw_arrows(axes, canvas, [edge for edge in this.messages if edge not in wake], look.SENDS, 2)
     _draw_arrows(axes, canvas, sorted(wake), look.WAKES, 3)
     _draw_vertices(axes, canvas, this)
-    axes.set_title(title_of(this))
+    axes.set_title(title_of(this), loc="left")
     axes.set_xlabel(wakes_text(layout, this), fontsize=7.5, color=look.WAKES)
 
 
@@ -82,12 +81,6 @@ def title_of(this: Round) -> str:
 
 def _counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def waking(this: Round, following: Round | None) -> set[Edge]:
-    """The messages of a round whose receivers wake in the next one."""
-    woken = following.woken if following is not None else {}
-    return {edge for edge in this.messages if edge[1] in woken}
 
 
 def wakes_text(layout: GraphLayout, this: Round) -> str:
@@ -107,58 +100,35 @@ def _draw_arrows(axes: Axes, canvas: Canvas, messages: list[Edge], colour: str, 
     """Arrows from rim to rim, a little to the right of the edge as seen by the sender."""
     if not messages:
         return
-    tail, way = arrows(canvas, messages)
+    tail, way = canvas.layout.arrows(messages, canvas.mark_m)
     axes.quiver(
         *tail.T, *way.T, angles="xy", scale_units="xy", scale=1.0, units="inches", color=colour, zorder=order,
         width=_ARROW_WIDTH_PT / 72, headwidth=4.6, headlength=5.2, headaxislength=4.6, minlength=0.0,
     )  # fmt: skip
 
 
-def arrows(canvas: Canvas, messages: list[Edge]) -> tuple[Floats, Floats]:
-    """Where the arrows of messages begin, and how far they go; shapes (k, 2)."""
-    ends = canvas.layout.place_m[canvas.layout.rows(messages)]
-    way = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(way, axis=1, keepdims=True)
-    along = way / length
-    aside = _ASIDE * canvas.mark_m * np.column_stack([along[:, 1], -along[:, 0]])
-    rim = np.minimum(0.55 * canvas.mark_m, 0.4 * length)
-    return ends[:, 0] + aside + rim * along, way - 2 * rim * along
-
-
 def _draw_vertices(axes: Axes, canvas: Canvas, this: Round) -> None:
     layout = canvas.layout
+    states = [this.state_of(vertex) for vertex in layout.row_of]
     for square, marker, size in ((False, "o", 1.0), (True, "s", 0.86)):
         for state, (fill, edge, _) in LOOKS.items():
-            rows = [row for row, each in enumerate(states(layout, this)) if each == state]
-            rows = [row for row in rows if layout.is_square[row] == square]
+            rows = [row for row, each in enumerate(states) if each == state and layout.is_square[row] == square]
             place = layout.place_m[rows].reshape(-1, 2)
             axes.scatter(
-                *place.T, s=(size * canvas.mark_pt) ** 2, marker=marker, facecolors=fill, edgecolors=edge,
+                place[:, 0], place[:, 1], s=(size * canvas.mark_pt) ** 2, marker=marker, facecolors=fill, edgecolors=edge,
                 linewidths=0.8, zorder=4,
             )  # fmt: skip
     label_pt = look.LABEL_PT * canvas.mark_pt / look.MARK_PT
     if label_pt >= look.LEAST_LABEL_PT:
-        for (x, y), label, state in zip(layout.place_m, layout.label, states(layout, this), strict=True):
+        for (x, y), label, state in zip(layout.place_m, layout.label, states, strict=True):
             size = min(label_pt, 2.6 * label_pt / max(1, len(label)))
             axes.text(x, y, label, ha="center", va="center_baseline", fontsize=size, color=LOOKS[state][2], zorder=5)
 
 
-LOOKS = {
+LOOKS: dict[State, tuple[str, str, str]] = {
     "silent": (look.SILENT_FILL, look.SILENT_EDGE, "#8a96a3"),
     "fell silent": ("white", look.SENDS, look.SENDS),
     "sends": (look.SENDS, look.SENDS, "white"),
     "wakes": (look.WAKES, look.WAKES, "white"),
 }
 """Fill, rim and label of a vertex in each state."""
-
-
-def states(layout: GraphLayout, this: Round) -> list[str]:
-    """What each vertex does in a round, in the order of the layout."""
-    senders = this.senders
-    return [
-        "wakes" if vertex in this.woken
-        else "sends" if vertex in senders
-        else "fell silent" if vertex in this.fell_silent
-        else "silent"
-        for vertex in layout.row_of
-    ]  # fmt: skip

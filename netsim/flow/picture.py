@@ -17,7 +17,7 @@ from netsim.flow import look
 from netsim.flow.layout import GraphLayout, lay_out
 from netsim.flow.load import Flow
 from netsim.flow.panels import LOOKS, Canvas, draw_panel, make_canvas
-from netsim.flow.rounds import Round
+from netsim.flow.rounds import Round, State
 
 MOST_PANELS = 24
 """Panels that one picture may have."""
@@ -69,7 +69,8 @@ def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:
     panels_in = rows * (_panel_height_in(canvas) + _TEXT_IN)
     width_in = max(6.2, across * (_PANEL_IN + 0.12))
     figure = Figure(figsize=(width_in, _HEAD_IN + panels_in + _LEGEND_IN + _STRIP_IN), layout="constrained")
-    above, middle, below = figure.subfigures(3, 1, height_ratios=[_HEAD_IN + panels_in, _LEGEND_IN, _STRIP_IN])
+    grid = figure.add_gridspec(3, 1, height_ratios=[_HEAD_IN + panels_in, _LEGEND_IN, _STRIP_IN])
+    above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
     above.suptitle(f"Information flow: {flow.title}", x=0.01, ha="left", fontsize=11, color=look.INK)
     _draw_panels(above, flow, numbers, (rows, across), canvas)
     _draw_legend(middle, layout)
@@ -82,9 +83,7 @@ def _panel_height_in(canvas: Canvas) -> float:
     return _PANEL_IN * float((high - low)[1] / max(high - low))
 
 
-def _draw_panels(
-    figure: SubFigure, flow: Flow, numbers: Sequence[int], shape: tuple[int, int], canvas: Canvas
-) -> None:
+def _draw_panels(figure: SubFigure, flow: Flow, numbers: Sequence[int], shape: tuple[int, int], canvas: Canvas) -> None:
     axes = figure.subplots(*shape, squeeze=False).flat
     for axis, number in zip(axes, numbers, strict=False):
         following = flow.rounds[number + 1] if number + 1 < len(flow.rounds) else None
@@ -94,17 +93,17 @@ def _draw_panels(
 
 
 def _draw_legend(figure: SubFigure, layout: GraphLayout) -> None:
-    words = {"sends": "sends", "wakes": "wakes: sends again after silence", "fell silent": "falls silent"}
-    words["silent"] = "silent"
+    words: dict[State, str] = {"sends": "sends", "wakes": "wakes: sends again after silence"}
+    words |= {"fell silent": "falls silent", "silent": "silent"}
     handles = [
         Line2D([], [], ls="", marker="o", ms=8, mfc=LOOKS[state][0], mec=LOOKS[state][1], label=label)
         for state, label in words.items()
     ]
-    arrow = {"ls": "-", "marker": ">", "markevery": (1, 2), "ms": 5, "lw": 1.2}
+    arrow: dict[str, Any] = {"ls": "-", "marker": ">", "markevery": (1, 2), "ms": 5, "lw": 1.2}
     handles.append(Line2D([0, 1], [0, 0], color=look.SENDS, label="message", **arrow))
     handles.append(Line2D([0, 1], [0, 0], color=look.WAKES, label="message that its receiver wakes after", **arrow))
     if layout.is_square.any() and not layout.is_square.all():
-        plain = {"ls": "", "ms": 8, "mfc": "white", "mec": look.SOFT}
+        plain: dict[str, Any] = {"ls": "", "ms": 8, "mfc": "white", "mec": look.SOFT}
         handles.append(Line2D([], [], marker="o", label=_kinds(layout, square=False), **plain))
         handles.append(Line2D([], [], marker="s", label=_kinds(layout, square=True), **plain))
     figure.legend(handles=handles, loc="center", ncols=4, fontsize=8, columnspacing=1.6, handletextpad=0.5)
@@ -147,4 +146,4 @@ def _draw_strip(axes: Axes, rounds: Sequence[Round], shown: Sequence[int]) -> No
     ]
     axes.legend(handles=handles, loc="upper right", fontsize=8, ncols=3)
     if any(each.messages and each.number not in shown for each in rounds):
-        axes.set_title("All rounds", fontsize=8.5)
+        axes.set_title("All rounds", loc="left", fontsize=8.5)

@@ -1,14 +1,15 @@
 """What each round of message passing brought: senders, messages, vertices that fell silent, vertices that woke."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from netsim.trace.events import GraphMessages
 from netsim.trace.recorder import Handler
 
 Edge = tuple[int, int]
+State = Literal["silent", "fell silent", "sends", "wakes"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,20 @@ class Round:
         """Vertices that sent in this round."""
         return frozenset(source for source, _ in self.messages)
 
+    def state_of(self, vertex: int) -> State:
+        """What a vertex does in this round."""
+        if vertex in self.woken:
+            return "wakes"
+        if vertex in self.senders:
+            return "sends"
+        return "fell silent" if vertex in self.fell_silent else "silent"
+
+
+def waking(this: Round, following: Round | None) -> set[Edge]:
+    """The messages of a round whose receivers wake in the next one."""
+    woken = following.woken if following is not None else {}
+    return {edge for edge in this.messages if edge[1] in woken}
+
 
 class RoundLog:
     """Follows the graph messages of a run."""
@@ -53,10 +68,14 @@ class RoundLog:
 
     def add(self, event: GraphMessages, now_ns: int) -> None:
         """Take what one node's variables sent in one round."""
-        number = int(event.round)
-        self._synchronous = self._synchronous and bool(event.is_synchronous)
-        self._messages[number] += zip(map(int, event.source), map(int, event.destination), strict=True)
-        self._over_air[number] += int(sum(event.remote))
+        edges = zip(map(int, event.source), map(int, event.destination), strict=True)
+        self.note(int(event.round), now_ns, edges, int(sum(event.remote)), bool(event.is_synchronous))
+
+    def note(self, number: int, now_ns: int, edges: Iterable[Edge], over_air: int, is_synchronous: bool) -> None:
+        """The same from the parts of the event that count here."""
+        self._synchronous = self._synchronous and is_synchronous
+        self._messages[number] += edges
+        self._over_air[number] += over_air
         self._time_ns[number] = min(now_ns, self._time_ns.get(number, now_ns))
 
     @property

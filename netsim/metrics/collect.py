@@ -7,6 +7,7 @@ from netsim.metrics.budgets import Budgets
 from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
+from netsim.metrics.flow import Waking
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
 from netsim.metrics.origins import OriginError
@@ -25,6 +26,7 @@ class Metrics:
             Life(),
             Faults(),
             GraphTraffic(),
+            Waking(),
             AssociationError(),
             MarginalError(),
             OriginError(),

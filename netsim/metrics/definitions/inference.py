@@ -46,6 +46,20 @@ METRICS = (
             "missing where rounds are not the same instant on all nodes.",
             "GraphMessages",
         ),
+        (
+            "senders_by_round",
+            "1",
+            "",
+            "List: vertices that sent at least one graph message in each round, from round 0 on.",
+            f"GraphMessages; {CHEN_2006}, Fig. 10",
+        ),
+        (
+            "vertices_woken",
+            "1",
+            "",
+            "How often a vertex sent again after one round or more of silence.",
+            f"GraphMessages; {CHEN_2006}, Fig. 10",
+        ),
         ("rounds", "1", "", "Number of the last round.", "GraphMessages"),
         (
             "converged_round",
