@@ -15,7 +15,7 @@ from netsim.flow.rounds import Edge, Round, State, waking
 Floats = NDArray[np.float64]
 
 _MARGIN = 0.75  # of the gap, around the outermost vertices
-_ARROW_WIDTH_PT = 1.1
+_ARROW_WIDTH = 0.085  # of a vertex's diameter
 _TOLD_WHY = 3
 _LINE_CHARACTERS = 56
 _LINES = 2
@@ -103,7 +103,7 @@ def _draw_arrows(axes: Axes, canvas: Canvas, messages: list[Edge], colour: str, 
     tail, way = canvas.layout.arrows(messages, canvas.mark_m)
     axes.quiver(
         *tail.T, *way.T, angles="xy", scale_units="xy", scale=1.0, units="inches", color=colour, zorder=order,
-        width=_ARROW_WIDTH_PT / 72, headwidth=4.6, headlength=5.2, headaxislength=4.6, minlength=0.0,
+        width=_ARROW_WIDTH * canvas.mark_pt / 72, headwidth=4.6, headlength=5.2, headaxislength=4.6, minlength=0.0,
     )  # fmt: skip
 
 

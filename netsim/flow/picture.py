@@ -24,7 +24,7 @@ MOST_PANELS = 24
 
 _PANEL_IN = 3.1
 _TEXT_IN = 0.55  # a panel's title and the line below it
-_STRIP_IN = 1.5
+_STRIP_IN = 1.7
 _HEAD_IN = 0.45
 _LEGEND_IN = 0.35
 
@@ -67,7 +67,7 @@ def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:
     across = min(columns, len(numbers))
     rows = -(-len(numbers) // across)
     panels_in = rows * (_panel_height_in(canvas) + _TEXT_IN)
-    width_in = max(6.2, across * (_PANEL_IN + 0.12))
+    width_in = max(7.4, across * (_PANEL_IN + 0.12))
     figure = Figure(figsize=(width_in, _HEAD_IN + panels_in + _LEGEND_IN + _STRIP_IN), layout="constrained")
     grid = figure.add_gridspec(3, 1, height_ratios=[_HEAD_IN + panels_in, _LEGEND_IN, _STRIP_IN])
     above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
@@ -132,6 +132,7 @@ def _draw_strip(axes: Axes, rounds: Sequence[Round], shown: Sequence[int]) -> No
                 fontsize=7.5, color=look.SOFT,
             )  # fmt: skip
     axes.axhline(0, color=look.SOFT, lw=0.8)
+    axes.set_xlim(-0.6, len(rounds) - 0.4)
     axes.margins(y=0.22)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.yaxis.set_major_locator(MaxNLocator(nbins=4, integer=True))
@@ -144,6 +145,6 @@ def _draw_strip(axes: Axes, rounds: Sequence[Round], shown: Sequence[int]) -> No
         Patch(color=look.WAKES, label="of these, wake"),
         Patch(color=look.SILENT_EDGE, label="fall silent"),
     ]
-    axes.legend(handles=handles, loc="upper right", fontsize=8, ncols=3)
+    axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=8, ncols=3, borderaxespad=0.0)
     if any(each.messages and each.number not in shown for each in rounds):
         axes.set_title("All rounds", loc="left", fontsize=8.5)
