@@ -133,6 +133,7 @@ def _draw_strip(axes: Axes, rounds: Sequence[Round], shown: Sequence[int]) -> No
             )  # fmt: skip
     axes.axhline(0, color=look.SOFT, lw=0.8)
     axes.set_xlim(-0.6, len(rounds) - 0.4)
+    axes.use_sticky_edges = False
     axes.margins(y=0.22)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.yaxis.set_major_locator(MaxNLocator(nbins=4, integer=True))
