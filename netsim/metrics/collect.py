@@ -9,6 +9,7 @@ from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
+from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
@@ -28,6 +29,7 @@ class Metrics:
             AssociationError(),
             MarginalError(),
             OriginError(),
+            Optimality(),
             Tracking(),
             Traffic(),
             self._energy,
