@@ -10,6 +10,7 @@ from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
+from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
@@ -30,6 +31,7 @@ class Metrics:
             AssociationError(),
             MarginalError(),
             OriginError(),
+            Optimality(),
             Tracking(),
             Traffic(),
             self._energy,

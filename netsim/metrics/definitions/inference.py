@@ -73,8 +73,8 @@ METRICS = (
             "graph_messages_until_convergence_per_sensor",
             "1",
             "lower",
-            "Graph messages up to and with `converged_round` (all, where that is null), over the number of nodes "
-            "that host variables.",
+            "Graph messages up to and with `converged_round` (all, where that is null or there are no common rounds), "
+            "over the number of nodes that host variables.",
             "GraphMessages, VariablePlacement",
         ),
         (
