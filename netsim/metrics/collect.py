@@ -10,6 +10,7 @@ from netsim.metrics.faults import Faults
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
 from netsim.metrics.origins import OriginError
+from netsim.metrics.protocol import Conversations
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
@@ -25,6 +26,7 @@ class Metrics:
             Life(),
             Faults(),
             GraphTraffic(),
+            Conversations(),
             AssociationError(),
             MarginalError(),
             OriginError(),
