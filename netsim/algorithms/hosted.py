@@ -1,6 +1,6 @@
 """What a node remembers of the vertices it hosts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from netsim.algorithms.entries import EdgeMessage
@@ -17,15 +17,17 @@ class Hosted:
 
     `fresh` are the messages taken since the last send: what is sent next answers them, and so does what of it is sent again.
     `taken` counts all messages taken; `sent` is the last message on each edge to another node, with its round.
+    `resting` vertices compute nothing in this round.
     """
 
     hosting: Hosting
-    senders: Mapping[int, VertexSender]
-    incoming: Mapping[int, dict[int, FloatArray]]
+    senders: dict[int, VertexSender]
+    incoming: dict[int, dict[int, FloatArray]]
     newest: dict[tuple[int, int], int]
     fresh: list[Message]
     taken: int = 0
     sent: dict[tuple[int, int], tuple[int, FloatArray]] = field(default_factory=dict)
+    resting: set[int] = field(default_factory=set)
 
     @classmethod
     def of(cls, hosting: Hosting, rule: CommunicationRule) -> "Hosted":
@@ -81,6 +83,18 @@ class Hosted:
             for other in sender.vertex.neighbours
             if other not in self.senders and hosts[other] == host
         ]
+
+    def gain(self, sender: VertexSender, here: int) -> None:
+        """Host one vertex more, from the next round on; `here` is this node."""
+        vertex = sender.vertex.id
+        self.senders[vertex], self.incoming[vertex] = sender, {}
+        self.hosting.hosts[vertex] = here
+        self.resting.add(vertex)
+
+    def lose(self, vertex: int) -> None:
+        """Host a vertex no more."""
+        del self.senders[vertex], self.incoming[vertex]
+        self.resting.discard(vertex)
 
     def remember(self, number: int, entries: Iterable[EdgeMessage]) -> None:
         """These messages were handed over for other nodes in a round."""

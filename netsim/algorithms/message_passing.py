@@ -28,6 +28,7 @@ from netsim.algorithms.message_passing_parameters import (
     tolerance_of,
 )
 from netsim.algorithms.notices import BELIEF, NOTICE, Notices
+from netsim.algorithms.rehosting import Rehosting
 from netsim.algorithms.reports import Reports
 from netsim.algorithms.windows import Quietness
 from netsim.api import Message, NodeHandle, NoEnergyError, Op, Ticket
@@ -85,6 +86,9 @@ class _Life:
         self._reports = Reports(node, hosted, parameters, semiring)
         self._notices = Notices(node, hosted, parameters) if parameters.silence == "notice" else None
         self._quiet: Quietness | None = None
+        self._rehosting: Rehosting | None = None
+        if parameters.rehost and hosted.hosting.measured is not None:
+            self._rehosting = Rehosting(node, hosted, parameters, hosted.hosting.measured)
 
     def rounds(self, start_ns: int) -> Op[None]:
         """Synchronous rounds; round 0 sends the start messages."""
@@ -93,13 +97,15 @@ class _Life:
         begun = (node.now_ns - start_ns) // round_ns  # above 0 for a node that was down and comes back among the others
         if parameters.sleep == "when_quiet":
             self._quiet = Quietness(parameters, max(0, begun))
-        server = None if self._notices is None else node.spawn(self._notices.serve())
+        servers = [node.spawn(each.serve()) for each in (self._notices, self._rehosting) if each is not None]
         for number in [0, *range(max(1, begun), parameters.rounds + 1)]:
             begin_ns = start_ns + number * round_ns
             yield from self._until(number, begin_ns)
             late_ns = node.now_ns - begin_ns
             yield from self._collect(number)
             self._conclude_round(number - 1)
+            if self._rehosting is not None:
+                self._rehosting.begin_round(number)
             outputs = yield from self._computed(number)
             yield from self._send(number, outputs, late_ns)
             if self._notices is not None:
@@ -107,7 +113,7 @@ class _Life:
         end = parameters.rounds + 1
         yield from self._until(end, start_ns + end * round_ns)
         yield from self._collect(end)
-        if server is not None:
+        for server in servers:
             server.cancel()
 
     def _until(self, number: int, begin_ns: int) -> Op[None]:
@@ -127,8 +133,13 @@ class _Life:
         if number < 0:
             return
         if self._notices is not None:
-            self._notices.close(number)
+            self._without_notice(self._notices.close(number))
         self._reports.beliefs(number)
+
+    def _without_notice(self, partners: Sequence[int]) -> None:
+        if self._rehosting is not None:
+            for partner in partners:
+                self._rehosting.failed(partner)
 
     def conclude(self) -> None:
         """The last round is over."""
@@ -171,6 +182,7 @@ class _Life:
         return {
             vertex: sender.step(hosted.incoming[vertex], self._semiring, tolerance)
             for vertex, sender in hosted.senders.items()
+            if vertex not in hosted.resting
         }
 
     def _send(self, number: int, outputs: Mapping[int, RoundOutput], late_ns: int) -> Op[bool]:
@@ -189,23 +201,26 @@ class _Life:
         self._reports.messages(number, outputs, edges, late_ns)
         for source, destination, message in local:
             hosted.accept((number & LAST_ROUND, source, destination, message))
-        if self._notices is not None:
-            by_host |= {partner: by_host.get(partner, []) for partner in hosted.partners}
-        if by_host:
+        if by_host or self._notices is not None:
             yield from self._hand_over(number, by_host)
         return any(outputs[source].largest_change > SETTLED for source, _, _ in local)
 
     def _hand_over(self, number: int, by_host: Mapping[int, Sequence[EdgeMessage]]) -> Op[None]:
         """Send to each node what is for it, at a random moment of the time for that."""
         node, hosted = self._node, self._hosted
+        notices = self._notices
         yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
         answered, hosted.fresh = (hosted.fresh if number > 0 else None), []
+        if self._rehosting is not None:
+            by_host = self._rehosting.readdressed([entry for entries in by_host.values() for entry in entries])
+        if notices is not None:
+            by_host = {partner: by_host.get(partner, ()) for partner in hosted.partners}
         for host, entries in sorted(by_host.items()):
             hosted.remember(number, entries)
-            if self._notices is None:
+            if notices is None:
                 payload = encode_entries(number, entries, self._parameters.payload)
             else:
-                payload = self._notices.payload(number, host, entries)
+                payload = notices.payload(number, host, entries)
             kind = BELIEF if entries else NOTICE
             ticket = node.send(host, kind, payload)
             again = partial(node.send, host, kind, payload)
@@ -224,8 +239,10 @@ class _Life:
         delivered = yield from self._delivered(ticket, again, answered)
         if delivered and self._quiet is not None:
             self._quiet.exchanged(host, number)
-        elif not delivered and takes_back(self._parameters):
+        if not delivered and takes_back(self._parameters):
             self._hosted.take_back(number, entries)
+        if self._rehosting is not None and self._notices is None:
+            (self._rehosting.heard if delivered else self._rehosting.failed)(host)
 
     def _delivered(self, ticket: Ticket, again: Callable[..., Ticket], answered: Sequence[Message] | None) -> Op[bool]:
         """Wait for the outcome of a message, with its repetitions."""
@@ -241,7 +258,7 @@ class _Life:
                 return False
             yield from node.pause(wait_ns)
             ticket = again(causes=self._hosted.causes_again(answered))
-        if self._quiet is None and not takes_back(parameters):
+        if self._quiet is None and self._rehosting is None and not takes_back(parameters):
             return False  # nobody wants to know
         return bool((yield from ticket.wait()).acknowledged)
 
@@ -257,7 +274,7 @@ class _Life:
 
     def _ask(self, number: int) -> None:
         if self._notices is not None:
-            self._notices.ask(number)
+            self._notices.ask(number, () if self._rehosting is None else self._rehosting.suspects)
 
     def _hear_until(self, number: int, end_ns: int) -> Op[None]:
         node, due = self._node, partial(is_due, number + 1)
@@ -280,6 +297,9 @@ class _Life:
             entries = decode_entries(message.payload, self._parameters.payload)
         else:
             entries = self._notices.read(message)
+        if self._rehosting is not None:
+            self._rehosting.heard(message.source)
+            entries = [entry for entry in entries if self._rehosting.is_current(message, entry[1], entry[2])]
         for entry in entries:
             if self._quiet is not None:
                 self._quiet.exchanged(message.source, entry[0])

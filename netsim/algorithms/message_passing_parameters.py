@@ -65,6 +65,12 @@ class MessagePassingParameters:
     """`when_quiet`: after how many rounds without a message a node, or a pair of nodes, counts as quiet."""
     common_every: PositiveInt = 4
     """`when_quiet`: every round whose number is a multiple of this has a window in which all listen."""
+    rehost: bool = False
+    """Data association: whether the variable of a target whose host died is taken over by another of the sensors that cover
+    it (see `netsim.algorithms.rehosting`). A death shows by missing acknowledgements, so only to who has something to send
+    and a MAC that acknowledges, or by missing notices, where they are given. Needs rounds."""
+    suspect_after: PositiveInt = 3
+    """`rehost`: how many messages in a row must fail, or notices be missing, until a node is believed dead."""
     damping: Damping = 0.0
     """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
 
@@ -78,6 +84,9 @@ class MessagePassingParameters:
             raise ValueError(message)
         if self.silence == "notice" and self.sleep == "when_quiet":
             message = "silence: timeout with sleep: when_quiet: who gives notice in every round is never quiet"
+            raise ValueError(message)
+        if self.rehost and (self.schedule == "asynchronous" or self.sleep == "when_quiet"):
+            message = "schedule: synchronous, and sleep: never or scheduled, with rehost: true"
             raise ValueError(message)
         if self.sleep != "never" and self.window_s + self.guard_s >= self.round_s:
             message = "spread_s, window_margin_s and guard_s together below round_s where radios sleep"

@@ -7,7 +7,7 @@ answer holds the last message of every edge on which one was sent since then, so
 made good at once.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from math import ceil
 
 from netsim.algorithms.entries import EdgeMessage, decode_entries, encode_entries
@@ -92,9 +92,9 @@ class Notices:
         """Partners of which not all is known that they sent up to a round."""
         return [partner for partner in self._hosted.partners if self._complete.get(partner, -1) < number]
 
-    def ask(self, number: int) -> None:
-        """Ask those that were not heard."""
-        for partner in self.missing(number):
+    def ask(self, number: int, left_out: Collection[int]) -> None:
+        """Ask those that were not heard, but for those believed dead."""
+        for partner in sorted(set(self.missing(number)) - set(left_out)):
             self._asked += 1
             self._node.send(partner, REQUEST, _FIRST.pack(self._complete.get(partner, -1) + 1), causes=())
 
