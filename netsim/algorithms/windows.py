@@ -29,12 +29,13 @@ class Quietness:
     def __init__(self, parameters: MessagePassingParameters, begun: int = 0) -> None:
         self._every = parameters.common_every
         self._after = parameters.quiet_rounds
-        self._begun = begun
+        self._begun = self._active = begun
         self._spoken: dict[int, int] = {}
         self._kept: dict[int, dict[tuple[int, int], FloatArray]] = {}
 
     def exchanged(self, partner: int, number: int) -> None:
-        """A message of this round went between here and there."""
+        """A message of this round certainly went between here and there: it came, or was acknowledged."""
+        self._active = max(number, self._active)
         self._spoken[partner] = max(number, self._spoken.get(partner, self._begun))
 
     def _is_common(self, number: int) -> bool:
@@ -42,8 +43,7 @@ class Quietness:
 
     def listens(self, number: int) -> bool:
         """Whether this node listens in a round."""
-        last = max(self._spoken.values(), default=self._begun)
-        return self._is_common(number) or number - max(last, self._begun) <= self._after
+        return self._is_common(number) or number - self._active <= self._after
 
     def is_reached(self, partner: int, number: int) -> bool:
         """Whether a partner is known to listen in a round."""
@@ -55,6 +55,8 @@ class Quietness:
             kept = self._kept.setdefault(partner, {})
             kept.update({(source, destination): message for source, destination, message in messages})
         ready = [partner for partner in sorted(self._kept) if self.is_reached(partner, number)]
+        if ready:
+            self._active = number  # a receiver may answer, even if nothing tells that it received
         return {
             partner: [(*edge, message) for edge, message in sorted(self._kept.pop(partner).items())]
             for partner in ready
