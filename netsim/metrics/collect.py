@@ -12,6 +12,7 @@ from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalErr
 from netsim.metrics.life import Life
 from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
+from netsim.metrics.protocol import Conversations
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
@@ -28,6 +29,7 @@ class Metrics:
             Faults(),
             GraphTraffic(),
             Waking(),
+            Conversations(),
             AssociationError(),
             MarginalError(),
             OriginError(),

@@ -87,6 +87,34 @@ METRICS = (
         ("round_lateness_max_s", "s", "lower", "By how much at most; 0 if never.", "GraphMessages"),
     ),
     *grouped(
+        "loss and re-hosting",
+        (
+            "notices_missed",
+            "1",
+            "lower",
+            "How often, over nodes, partners and rounds, a node did not know at the end of a round all that a partner "
+            "had sent by then. These three are missing where no notices are given (`algorithm.silence`).",
+            "AlgorithmRecord",
+        ),
+        ("repeats_asked", "1", "lower", "Requests for what was missed.", "AlgorithmRecord"),
+        ("repeats_sent", "1", "lower", "Answers to such requests.", "AlgorithmRecord"),
+        (
+            "rehostings",
+            "1",
+            "",
+            "How often a node took over a variable whose host it believed dead. These two are missing where no "
+            "variable moved.",
+            "AlgorithmRecord",
+        ),
+        (
+            "hosts_stepped_down",
+            "1",
+            "",
+            "How often a host gave a variable up for another that had taken it over: the first was alive after all.",
+            "AlgorithmRecord",
+        ),
+    ),
+    *grouped(
         "association",
         (
             "measurements",
