@@ -31,9 +31,10 @@ MAY_IMPORT = {
     "protocols": {"api", "kernels", "codec", "trace.events"},
     "algorithms": {"api", "kernels", "codec", "trace.events", "protocols"},
     "sim": {"api", "models", "rng", "trace.events", "trace.recorder"},
-    "metrics": {"trace", "kernels"},
+    "flow": {"trace"},
+    "metrics": {"trace", "kernels", "flow.rounds"},
     "calibrate": {"kernels", "models"},
-    "replay": {"trace"},
+    "replay": {"trace", "flow.rounds", "flow.layout"},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
     "scenario": EVERYTHING,
@@ -56,7 +57,7 @@ NOBODY_BUT = {"reading": {"models", "scenario", "cli", "study"}, "testing": set(
 """Rooms that only these may import, whatever the table above says."""
 
 ONLY_IN = {"simpy": {"sim", "testing"}, "rerun": {"replay"}, "mcap": {"trace"}, "typer": {"cli"}, "rich": {"cli"}}
-ONLY_IN["matplotlib"] = {"calibrate", "study"}
+ONLY_IN["matplotlib"] = {"calibrate", "flow", "study"}
 """Libraries that have one room."""
 
 FORBIDDEN_IN = {"kernels": {"simpy", "pathlib", "os", "time", "random", "asyncio", "threading"}}

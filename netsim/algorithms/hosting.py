@@ -18,17 +18,34 @@ from netsim.protocols.exchange import Manner, exchange
 OBSERVATIONS = "observations"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Measurements:
+    """What a node of a data-association problem knows once measurements are exchanged.
+
+    Attributes:
+        knowledge: What it knew before.
+        own_m: Its own measurements, shape (q, 2).
+        others_m: Those of its partners, by sensor.
+    """
+
+    knowledge: AssociationKnowledge
+    own_m: FloatArray
+    others_m: Mapping[int, FloatArray]
+
+
 @dataclass(frozen=True, slots=True)
 class Hosting:
     """The vertices of one node.
 
     Attributes:
-        vertices: The vertices hosted here, ascending.
+        vertices: The vertices hosted here at the start, ascending.
         hosts: Node of each vertex that one of them exchanges messages with.
+        measured: What the vertices of a data-association problem are made of.
     """
 
     vertices: tuple[Vertex, ...]
-    hosts: Mapping[int, int]
+    hosts: dict[int, int]
+    measured: Measurements | None = None
 
 
 def prepare(
@@ -54,10 +71,10 @@ def prepare(
     if isinstance(knowledge, AssociationKnowledge):
         own, others = yield from _measure(node, knowledge, float_width(width), deadline_ns, attempts, manner)
         sensor, targets = hosted_vertices(knowledge, own, others)
-        return Hosting((sensor, *targets), knowledge.hosts)
+        return Hosting((sensor, *targets), dict(knowledge.hosts), Measurements(knowledge, own, others))
     yield from node.pause_until(deadline_ns)
     if isinstance(knowledge, GraphKnowledge):
-        return Hosting(knowledge.vertices, knowledge.hosts)
+        return Hosting(knowledge.vertices, dict(knowledge.hosts))
     if knowledge is None:
         return Hosting((), {})
     message = f"message passing needs an association or factor-graph problem, not {type(knowledge).__name__}"

@@ -47,6 +47,30 @@ class MessagePassingParameters:
     """Precision of numbers on the air. `uint8`: every message's log entries are quantised to 253 levels between its own
     least and greatest (see `netsim.codec`), the measurements of the setup go as float16. What decides whether a message is
     sent compares messages before they are encoded; those between vertices on one node are not encoded at all."""
+    silence: Literal["timeout", "notice"] = "timeout"
+    """How a receiver takes it when nothing comes. `timeout`: it goes on with the last message it has, whether the next was
+    not sent or was lost. `notice`: in every round each node tells each partner, by one bit an edge, whether a new message
+    comes (it then comes along); who hears nothing knows that something was lost and asks for it. Needs rounds."""
+    asks: Annotated[int, Ge(0), Le(10)] = 2
+    """`notice`: how often in a round a node asks a partner that it did not hear; 0: it only counts what it missed."""
+    sleep: Literal["never", "scheduled", "when_quiet"] = "never"
+    """`scheduled`: radios listen in a window at the start of each round, `spread_s` and `window_margin_s` long, and sleep
+    for its rest. `when_quiet`: a node that has neither sent nor received a message for `quiet_rounds` rounds leaves windows
+    out but every `common_every`-th; what is to be sent to a node that may be asleep waits for that one. Needs rounds."""
+    window_margin_s: NonNegative = 0.2
+    """How long a window lasts beyond `spread_s`: for computing, for the last frames and for what is sent again."""
+    guard_s: NonNegative = 0.01
+    """How much before a round the radio wakes: its start-up, and the difference of two clocks."""
+    quiet_rounds: PositiveInt = 2
+    """`when_quiet`: after how many rounds without a message a node, or a pair of nodes, counts as quiet."""
+    common_every: PositiveInt = 4
+    """`when_quiet`: every round whose number is a multiple of this has a window in which all listen."""
+    rehost: bool = False
+    """Data association: whether the variable of a target whose host died is taken over by another of the sensors that cover
+    it (see `netsim.algorithms.rehosting`). A death shows by missing acknowledgements, so only to who has something to send
+    and a MAC that acknowledges, or by missing notices, where they are given. Needs rounds."""
+    suspect_after: PositiveInt = 3
+    """`rehost`: how many messages in a row must fail, or notices be missing, until a node is believed dead."""
     damping: Damping = 0.0
     """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
 
@@ -55,6 +79,23 @@ class MessagePassingParameters:
         if self.spread_s >= self.round_s:
             message = "spread_s below round_s"
             raise ValueError(message)
+        if self.schedule == "asynchronous" and (self.silence != "timeout" or self.sleep != "never"):
+            message = "schedule: synchronous with silence: notice, and where radios sleep: both go by rounds"
+            raise ValueError(message)
+        if self.silence == "notice" and self.sleep == "when_quiet":
+            message = "silence: timeout with sleep: when_quiet: who gives notice in every round is never quiet"
+            raise ValueError(message)
+        if self.rehost and (self.schedule == "asynchronous" or self.sleep == "when_quiet"):
+            message = "schedule: synchronous, and sleep: never or scheduled, with rehost: true"
+            raise ValueError(message)
+        if self.sleep != "never" and self.window_s + self.guard_s >= self.round_s:
+            message = "spread_s, window_margin_s and guard_s together below round_s where radios sleep"
+            raise ValueError(message)
+
+    @property
+    def window_s(self) -> float:
+        """How long radios listen in a round, if they sleep at all."""
+        return self.spread_s + self.window_margin_s
 
 
 @parameters
@@ -75,6 +116,9 @@ class CommunicationSensitiveParameters(MessagePassingParameters):
     """Divergence over the receiver's full state space, or over the entries of the message."""
     compare_with: Literal["last_sent", "previous_generated"] = "last_sent"
     """Which message a new one is compared with."""
+    undelivered: Literal["kept", "taken_back"] = "kept"
+    """What becomes of a message that the link layer gave up for good, with `last_sent`: `kept`: later ones are compared with
+    it all the same; `taken_back`: they are compared with what the receiver had before."""
 
 
 @parameters
@@ -115,6 +159,11 @@ def tolerance_of(parameters: MessagePassingParameters, is_short: bool) -> float 
     if isinstance(parameters, CommunicationSensitiveParameters) and is_short:
         return parameters.tolerance_when_short
     return None
+
+
+def takes_back(parameters: MessagePassingParameters) -> bool:
+    """Whether the rule forgets messages that were given up."""
+    return isinstance(parameters, CommunicationSensitiveParameters) and parameters.undelivered == "taken_back"
 
 
 def rule_of(parameters: MessagePassingParameters) -> CommunicationRule:

@@ -17,6 +17,7 @@ from netsim.algorithms.message_passing_parameters import (
 )
 from netsim.algorithms.neighbour_traffic import NeighbourTraffic, NeighbourTrafficParameters
 from netsim.algorithms.own_modules import forget_others, own_files, remember
+from netsim.algorithms.trmp import Trmp, TrmpParameters
 from netsim.api import Algorithm
 from netsim.errors import ScenarioError
 from netsim.kernels.semiring import Semiring
@@ -88,6 +89,14 @@ SHIPPED: Mapping[str, Entry] = {
             _message_passing(Semiring.SUM),
             "communication-sensitive sum-product: messages that tell too little are kept",
             f"{CHEN_2006}, section 5",
+            GRAPHICAL,
+        ),
+        Entry(
+            "trmp",
+            TrmpParameters,
+            Trmp,
+            "tree-reweighted max-product: the MAP state with proof, or an honest 'not proved'",
+            f"{CHEN_2006}, section 2.3; Wainwright, Jaakkola, Willsky, IEEE Trans. Information Theory 51 (2005) 3697-3717",
             GRAPHICAL,
         ),
         Entry(

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from netsim import __version__
+from netsim.cli.app_flow import flow
 from netsim.cli.app_study import compare, report, study
 from netsim.cli.options import Debug, NoPlugins, Scenario, Set, Trace
 from netsim.cli.sections import Section
@@ -105,6 +106,9 @@ def replay(
     serve: Annotated[bool, typer.Option("--serve", help="Serve to a browser on this machine (loopback only).")] = False,
     screenshot: Annotated[Path | None, typer.Option(help="Write a picture (.png); needs --at, no screen.")] = None,
     at: Annotated[float | None, typer.Option(help="Instant of the picture (simulated seconds).")] = None,
+    graph: Annotated[
+        bool, typer.Option("--graph", help="Open with the graphical model and its messages in front, not the map.")
+    ] = False,
     debug: Debug = False,
 ) -> None:
     """Watch a run in Rerun: the map with its messages, energy, rounds, radio states and log.
@@ -113,7 +117,7 @@ def replay(
     """
     from netsim.cli.replay import Sinks, replay_command
 
-    replay_command(trace, start, end, kinds, nodes, speed, hold, Sinks(save, serve, screenshot, at))
+    replay_command(trace, start, end, kinds, nodes, speed, hold, Sinks(save, serve, screenshot, at, graph))
 
 
 @app.command()
@@ -167,6 +171,9 @@ def inspect(
             top=top,
         ),
     )
+
+
+app.command()(flow)
 
 
 app.command()(compare)

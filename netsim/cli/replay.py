@@ -6,6 +6,7 @@ from pathlib import Path
 
 from netsim.cli.console import say, tell
 from netsim.errors import ScenarioError, TraceError
+from netsim.flow.load import load_flow
 from netsim.replay import ReplayOptions, check_window, node_ids, save, screenshot, serve, view
 from netsim.scenario.folder import TRACE_FILE
 from netsim.trace.reader import trace_metadata
@@ -21,12 +22,14 @@ class Sinks:
         serve: Serve to a browser.
         screenshot: A picture to write.
         at_s: The picture's instant.
+        graph: Have the graphical model in front, not the map.
     """
 
     save: Path | None
     serve: bool
     screenshot: Path | None
     at_s: float | None
+    graph: bool = False
 
 
 def trace_file(given: Path) -> Path:
@@ -66,9 +69,12 @@ def replay_command(
         hold_s=hold_s,
         kinds=None if kinds is None else frozenset(part.strip() for part in kinds.split(",")),
         nodes=None if nodes is None else node_ids(trace, [part.strip() for part in nodes.split(",")]),
+        graph=sinks.graph,
     )
     _check(options, sinks)
     check_window(trace, options)
+    if options.graph:
+        load_flow(trace)  # says what is missing
     if sinks.save is not None:
         save(trace, sinks.save, options)
         say(f"wrote {sinks.save}; open it with: rerun {sinks.save}")

@@ -118,6 +118,7 @@ class EdgeMemory:
         self._generated = uniform(len(multiplicity))
         ones = rule.first_round == "ones"
         self._reference = np.zeros(len(multiplicity)) if ones else self._over_states(self._generated)
+        self._before = self._reference
         self._first = True
 
     def _over_states(self, message: FloatArray) -> FloatArray:
@@ -137,9 +138,14 @@ class EdgeMemory:
         always = rule.tolerance is None or (self._first and rule.first_round == "both")
         send = always or change > (tolerance if tolerance is not None else rule.tolerance or 0.0)
         if send or rule.compare_with == "previous_generated":
-            self._reference = spread
+            self._before, self._reference = self._reference, spread
         self._first, self._generated = False, message
         return Decision(message, send, change)
+
+    def take_back(self) -> None:
+        """The message sent last did not arrive: the next is compared with what the receiver has had before it."""
+        if self._rule.compare_with == "last_sent":
+            self._reference = self._before
 
     def _damped(self, computed: FloatArray) -> FloatArray:
         damping = self._rule.damping
@@ -195,3 +201,7 @@ class VertexSender:
         decisions = {other: self._edges[other].decide(message, tolerance) for other, message in computed.items()}
         sent = {other: decision.message for other, decision in decisions.items() if decision.send}
         return RoundOutput(sent, len(computed), max((d.divergence for d in decisions.values()), default=0.0))
+
+    def take_back(self, neighbour: int) -> None:
+        """See `EdgeMemory.take_back`."""
+        self._edges[neighbour].take_back()

@@ -4,8 +4,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from netsim.kernels.semiring import FloatArray, Semiring, log_normalise
-from netsim.kernels.vertex import Incoming, gather, leave_one_out_sums, table_belief, table_messages
+from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, reduce
+from netsim.kernels.vertex import (
+    Choice,
+    Incoming,
+    Weights,
+    along,
+    choice_from,
+    gather,
+    leave_one_out_sums,
+    table_belief,
+    table_messages,
+)
 
 
 class VariableVertex:
@@ -38,6 +48,19 @@ class VariableVertex:
     def belief(self, incoming: Incoming, semiring: Semiring) -> FloatArray:
         """Product of all messages."""
         return log_normalise(sum(gather(self, incoming), np.zeros(self._states)))
+
+    def reweighted(self, neighbour: int, weights: Weights, exponent: float) -> FloatArray:
+        """See `netsim.kernels.vertex.ReweightableVertex`; the edge is a constraint, so the exponent does not matter."""
+        return log_normalise(self._weighed(weights))
+
+    def choice(self, weights: Weights) -> Choice:
+        """The best state of the variable."""
+        return choice_from(self._weighed(weights))
+
+    def _weighed(self, weights: Weights) -> FloatArray:
+        return np.asarray(
+            sum((weights[other] for other in self.neighbours if other in weights), np.zeros(self._states))
+        )
 
     def multiplicity(self, neighbour: int) -> FloatArray:
         """Ones: what a factor receives is indexed by the states of the variable."""
@@ -79,6 +102,23 @@ class FactorVertex:
     def belief(self, incoming: Incoming, semiring: Semiring) -> FloatArray:
         """Joint of the factor's variables, flattened with the last of the ascending ids fastest."""
         return table_belief(self._table, gather(self, incoming))
+
+    def reweighted(self, neighbour: int, weights: Weights, exponent: float) -> FloatArray:
+        """See `netsim.kernels.vertex.ReweightableVertex`; the edge is a constraint, so the exponent does not matter."""
+        axis = self.neighbours.index(neighbour)
+        others = tuple(other for other in range(self._table.ndim) if other != axis)
+        return log_normalise(reduce(Semiring.MAX, self._weighed(weights), others))
+
+    def choice(self, weights: Weights) -> Choice:
+        """The best joint state of the factor's variables, in ascending order of their ids."""
+        return choice_from(self._weighed(weights))
+
+    def _weighed(self, weights: Weights) -> FloatArray:
+        total = self._table
+        for axis, other in enumerate(self.neighbours):
+            if other in weights:
+                total = total + along(weights[other], axis, total.ndim)
+        return total
 
     def multiplicity(self, neighbour: int) -> FloatArray:
         """Ones: an entry is a state of the variable."""

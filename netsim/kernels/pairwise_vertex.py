@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, reduce
-from netsim.kernels.vertex import Incoming, gather, leave_one_out_sums
+from netsim.kernels.vertex import Choice, Incoming, Weights, choice_from, gather, leave_one_out_sums
 
 
 class PairwiseVertex:
@@ -42,6 +42,18 @@ class PairwiseVertex:
     def belief(self, incoming: Incoming, semiring: Semiring) -> FloatArray:
         """Eq (4): node potential times all messages."""
         return log_normalise(sum(gather(self, incoming), self._node))
+
+    def reweighted(self, neighbour: int, weights: Weights, exponent: float) -> FloatArray:
+        """See `netsim.kernels.vertex.ReweightableVertex`."""
+        edge = self._edges[self.neighbours.index(neighbour)]
+        return log_normalise(reduce(Semiring.MAX, exponent * edge + self._weighed(weights)[:, None], 0))
+
+    def choice(self, weights: Weights) -> Choice:
+        """The best state of the variable."""
+        return choice_from(self._weighed(weights))
+
+    def _weighed(self, weights: Weights) -> FloatArray:
+        return np.asarray(sum((weights[other] for other in self.neighbours if other in weights), self._node))
 
     def multiplicity(self, neighbour: int) -> FloatArray:
         """Ones: an entry is a state of the neighbour."""

@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 from netsim.kernels.injections import Injections, IntArray
 from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, reduce, uniform
-from netsim.kernels.vertex import Incoming
+from netsim.kernels.vertex import Choice, Incoming, Weights, margin_below
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +32,11 @@ class SharedEvidence:
     tables: tuple[FloatArray, ...]
     there: Injections
 
-    def carry(self, here: FloatArray, semiring: Semiring) -> FloatArray:
-        """From log weights on the grid of tuples here to those of the injections there."""
+    def carry(self, here: FloatArray, semiring: Semiring, exponent: float = 1.0) -> FloatArray:
+        """From log weights on the grid of tuples here to those of the injections there, the potential to a power."""
         for table in self.tables:
-            spread = table.reshape(len(table), *(1,) * (here.ndim - 1), -1)
+            powered = table if exponent == 1.0 else exponent * table
+            spread = powered.reshape(len(table), *(1,) * (here.ndim - 1), -1)
             here = reduce(semiring, here[..., None] + spread, 0)
         return here.reshape(-1)[self.there.cells]
 
@@ -160,6 +161,48 @@ class SensorVertex:
                 absorbed = group.injections.absorb(absorbed, weight, semiring)
             yield from self._others(*mine, absorbed, semiring)
 
+    def reweighted(self, neighbour: int, weights: Weights, exponent: float) -> FloatArray:
+        """See `netsim.kernels.vertex.ReweightableVertex`."""
+        group = self._edge(neighbour)
+        table = self._bases[Semiring.MAX]
+        for other in self._edges:
+            if other is not group:
+                table = other.injections.absorb(table, self._weighed(other, weights), Semiring.MAX)
+        here = self._weighed(group, weights) + table[group.injections.masks]
+        if group.edge is not None:
+            here = group.edge.carry(group.injections.on_grid(here), Semiring.MAX, exponent)
+        return log_normalise(here)
+
+    def choice(self, weights: Weights) -> Choice:
+        """The best association of the measurements: `decide`'s answer, with its margin."""
+        groups = self._groups
+        weighed = [self._weighed(group, weights) for group in groups]
+        decision = self._walk(weighed)
+        runner_up = -np.inf
+        best = float(self._chain(self._unassigned, weighed, Semiring.MAX)[0][0])
+        tables = self._others(groups, weighed, self._unassigned, Semiring.MAX) if groups else ()
+        for group, weight, table in zip(groups, weighed, tables, strict=True):
+            # Any other state differs in some group's injection, so the second best is found group by group.
+            total = weight + table[group.injections.masks]
+            total[self._place(group, decision)] = -np.inf
+            runner_up = max(runner_up, float(total.max()))
+        return Choice(tuple(decision.tolist()), margin_below(best, runner_up))
+
+    @staticmethod
+    def _place(group: TargetGroup, decision: IntArray) -> int:
+        """Index of a group's injection in a decision about all measurements."""
+        state = [
+            int(np.flatnonzero(decision == target)[0]) + 1 if target in decision else 0 for target in group.targets
+        ]
+        return int(np.flatnonzero((group.injections.states == state).all(axis=1))[0])
+
+    @staticmethod
+    def _weighed(group: TargetGroup, weights: Weights) -> FloatArray:
+        """Log weight of a group's injections: node potential and what is added to it."""
+        if group.neighbour is None or group.neighbour not in weights:
+            return group.local
+        return group.local + weights[group.neighbour]
+
     def belief(self, incoming: Incoming, semiring: Semiring) -> FloatArray:
         """Log of `assignment_probabilities`, row after row, normalised over all (0 entries become -inf)."""
         with np.errstate(divide="ignore"):
@@ -218,8 +261,12 @@ class SensorVertex:
         """
         if semiring is Semiring.SUM:
             return self._most_expected(self.assignment_probabilities(incoming, semiring))
-        groups, weights = self._groups, self._weights(self._groups, incoming)
-        tables = self._chain(self._unassigned, weights, semiring)
+        return self._walk(self._weights(self._groups, incoming))
+
+    def _walk(self, weights: Sequence[FloatArray]) -> IntArray:
+        """The best state under these log weights of the groups' injections, by walking the dynamic programme back."""
+        groups = self._groups
+        tables = self._chain(self._unassigned, weights, Semiring.MAX)
         log_normalise(tables[0][:1])
         decision, used = np.full(self.measurement_count, -1, dtype=np.int64), 0
         for group, weight, table in zip(groups, weights, tables[1:], strict=True):

@@ -96,6 +96,28 @@ class ReweightableVertex(Vertex, Protocol):
         ...
 
 
+def margin_below(best: float, runner_up: float) -> float:
+    """Margin of the best log score over the second best; infinite where there is no second."""
+    return np.inf if runner_up == -np.inf else best - runner_up
+
+
+def choice_from(scores: FloatArray) -> Choice:
+    """The choice among listed states, by their log scores: the first of equals, its margin over the second best.
+
+    Args:
+        scores: Log scores of any shape; the state is the index in it.
+
+    Raises:
+        ScenarioError: When no state is possible.
+    """
+    flat = scores.ravel()
+    log_normalise(flat)
+    best = int(np.argmax(flat))
+    runner_up = float(np.delete(flat, best).max(initial=-np.inf))
+    state = np.unravel_index(best, scores.shape)
+    return Choice(tuple(int(index) for index in state), margin_below(float(flat[best]), runner_up))
+
+
 def gather(vertex: Vertex, incoming: Incoming) -> list[FloatArray]:
     """The message of every neighbour in ascending order, the uniform one where none has come."""
     return [

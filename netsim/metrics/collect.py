@@ -7,9 +7,12 @@ from netsim.metrics.budgets import Budgets
 from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
+from netsim.metrics.flow import Waking
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
+from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
+from netsim.metrics.protocol import Conversations
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
@@ -25,9 +28,12 @@ class Metrics:
             Life(),
             Faults(),
             GraphTraffic(),
+            Waking(),
+            Conversations(),
             AssociationError(),
             MarginalError(),
             OriginError(),
+            Optimality(),
             Tracking(),
             Traffic(),
             self._energy,

@@ -55,7 +55,9 @@ class GraphTraffic:
             "graph_messages_computed": self._computed,
             "last_news_s": self._last_news_ns / NS_PER_S,
         }
-        return figures | (self._by_round() if self._synchronous else {})
+        if self._synchronous:
+            return figures | self._by_round()
+        return figures | {"graph_messages_until_convergence_per_sensor": total / len(self._hosts)}
 
     def _by_round(self) -> dict[str, Any]:
         quiet = self._quiet_round()

@@ -23,7 +23,24 @@ _LOG = 203.0
 
 _SHOWN_LEVELS = ["INFO", "WARN", "ERROR", "CRITICAL"]  # the others can be chosen in the viewer
 
+_ROUNDS_ORIGIN, _ROUNDS = "/plots/senders", "Senders per round"
+
 Ranges = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is on the left.
+
+    Attributes:
+        map: Ranges of x and y of the map.
+        graph: Those of the graphical model, if there is such a view.
+        graph_first: Whether it is in front.
+    """
+
+    map: Ranges
+    graph: Ranges | None
+    graph_first: bool
 
 
 @dataclass(frozen=True)
@@ -35,14 +52,14 @@ class Contents:
         energy: How to show the energy.
         clocks: Title of the curves of the clocks' errors.
         lanes: Entities of the radio time line, the most important first.
-        bounds: Ranges of x and y of the map.
+        left: Map and graph.
     """
 
     present: Collection[str]
     energy: EnergyPlot
     clocks: str
     lanes: Sequence[str]
-    bounds: Ranges
+    left: Left
 
 
 def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
@@ -54,8 +71,8 @@ def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
     """
     views = (_curves(contents, pace), _radio(contents.lanes), _log(contents.present))
     right = [(view, share) for view, share in zip(views, _shares(contents), strict=True) if view is not None]
-    layout = _map(contents.bounds) if not right else rrb.Horizontal(
-        _map(contents.bounds),
+    layout = _left(contents.left) if not right else rrb.Horizontal(
+        _left(contents.left),
         rrb.Vertical(*(view for view, _ in right), row_shares=[share for _, share in right]),
         column_shares=[3, 2],
     )  # fmt: skip
@@ -73,12 +90,21 @@ def _shares(contents: Contents) -> tuple[float, float, float]:
     return _RIGHT_SIDE - lanes - log, lanes, log
 
 
-def _map(bounds: Ranges) -> rrb.Spatial2DView:
+def _left(left: Left) -> rrb.Spatial2DView | rrb.Tabs:
+    """The map, with the graphical model in a tab beside it."""
+    the_map = _plane("/map", "Map", left.map)
+    if left.graph is None:
+        return the_map
+    graph = _plane("/graph", "Information flow in the graphical model", left.graph)
+    return rrb.Tabs(the_map, graph, active_tab=int(left.graph_first))
+
+
+def _plane(origin: str, name: str, bounds: Ranges) -> rrb.Spatial2DView:
     (left, right), (top, bottom) = bounds
     return rrb.Spatial2DView(
-        origin="/map",
-        contents="/map/**",
-        name="Map",
+        origin=origin,
+        contents=f"{origin}/**",
+        name=name,
         background=style.BACKGROUND,
         visual_bounds=rrb.VisualBounds2D(x_range=(left, right), y_range=(top, bottom)),
     )
@@ -90,7 +116,7 @@ def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
     known = (
         (energy.origin, energy.name, corner, energy.legend),
         ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),
-        ("/plots/senders", "Senders per round", rrb.Corner2D.RightTop, True),
+        (_ROUNDS_ORIGIN, _ROUNDS, rrb.Corner2D.RightTop, True),
         ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
         ("/plots/clock", contents.clocks, rrb.Corner2D.LeftTop, True),
     )
@@ -106,7 +132,13 @@ def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
         for origin, name, corner, legend in known
         if origin in contents.present
     ]
-    return rrb.Tabs(*views, active_tab=0) if views else None
+    # Beside the graphical model stands what belongs to it.
+    first = [view.name for view in views].index(_ROUNDS) if _graph_first(contents) else 0
+    return rrb.Tabs(*views, active_tab=first) if views else None
+
+
+def _graph_first(contents: Contents) -> bool:
+    return contents.left.graph is not None and contents.left.graph_first and _ROUNDS_ORIGIN in contents.present
 
 
 def _radio(lanes: Sequence[str]) -> rrb.StateTimelineView | rrb.Tabs | None:

@@ -7,10 +7,11 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import Chunk
 
-from netsim.replay.blueprint import Contents, make_blueprint
+from netsim.replay.blueprint import Contents, Left, make_blueprint
 from netsim.replay.clocks import ClockTrack
 from netsim.replay.energy import EnergyTrack
 from netsim.replay.faults import FaultTrack
+from netsim.replay.flow import FlowTrack
 from netsim.replay.frames import FrameTrack
 from netsim.replay.lanes import LaneTrack
 from netsim.replay.legend import legend_chunks, marks, rows_of
@@ -47,8 +48,9 @@ class Conversion:
         self._energy = EnergyTrack(self._setting)
         self._frames = FrameTrack(self._setting)
         self._clocks = ClockTrack(self._setting)
+        self._flow = FlowTrack(self._setting)
         self._lanes = LaneTrack(self._setting) if self._setting.shown.sum() <= options.detail_nodes else None
-        own: list[Track] = [self._frames, *_tracks(self._setting), self._energy, self._clocks]
+        own: list[Track] = [self._frames, *_tracks(self._setting), self._energy, self._clocks, self._flow]
         self._tracks = [*own, *([self._lanes] if self._lanes else [])]
         self._present: set[str] = set()
 
@@ -59,7 +61,8 @@ class Conversion:
         rr.send_chunks(legend_chunks(self.scene, legend), recording=recording)
         lanes = self._lanes.busiest() if self._lanes else []
         bounds = self.scene.bounds(len(legend))
-        contents = Contents(self._present, self._energy.plot(), self._clocks.name, lanes, bounds)
+        left = Left(bounds, self._flow.bounds, self._setting.options.graph)
+        contents = Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left)
         recording.send_blueprint(make_blueprint(contents, self.pace))
 
     def _noted(self) -> Iterator[Chunk]:

@@ -26,6 +26,7 @@ class ReplayOptions:
         tick_s: Arrows move in steps of this many simulated seconds; None for a third to an eighth of `hold_s`.
         kinds: Show frames of these message kinds only; None for all.
         nodes: Show frames from and to these nodes only, and their radios and batteries; None for all.
+        graph: Open with the graphical model and its messages in front, not with the map.
         detail_nodes: Above this many nodes energy is plotted as least, mean and most, and no radio time line is made.
 
     Raises:
@@ -39,6 +40,7 @@ class ReplayOptions:
     tick_s: float | None = None
     kinds: frozenset[str] | None = None
     nodes: frozenset[int] | None = None
+    graph: bool = False
     detail_nodes: int = 50
 
     def __post_init__(self) -> None:

@@ -51,6 +51,17 @@ LEAST: Rgba = (240, 90, 80, 255)
 MEAN: Rgba = (240, 200, 80, 255)
 MOST: Rgba = (90, 200, 120, 255)
 
+# The view of the graphical model.
+FLOW_COLOURS: dict[str, Rgba] = {
+    "sends": (86, 180, 233, 255),
+    "wakes": (255, 140, 50, 255),
+    "fell silent": (44, 84, 112, 255),
+    "silent": (52, 57, 66, 255),
+}
+FLOW_WAKES: Rgba = FLOW_COLOURS["wakes"]
+FLOW_EDGE: Rgba = (58, 64, 76, 255)
+FLOW_LABEL_DROP = 1.3
+
 RADIO_COLOURS: dict[str, Rgba] = {
     "off": (30, 32, 38, 255),
     "sleep": (52, 62, 110, 255),

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from netsim.algorithms.message_passing import decode_entries, encode_entries
+from netsim.algorithms.entries import decode_entries, encode_entries
 from netsim.algorithms.message_passing_parameters import rule_of
 from netsim.codec import Precision, decode_floats, encode_floats, size_byte
 from netsim.kernels.association_model import AssociationInstance
@@ -201,8 +201,8 @@ def test_parameters_are_frozen() -> None:
 
 
 def test_a_late_old_message_does_not_replace_a_newer_one() -> None:
+    from netsim.algorithms.hosted import Hosted
     from netsim.algorithms.hosting import Hosting
-    from netsim.algorithms.message_passing import Hosted
     from netsim.algorithms.message_passing_parameters import LAST_ROUND
     from netsim.kernels.communication import CommunicationRule
     from netsim.kernels.pairwise_vertex import PairwiseVertex

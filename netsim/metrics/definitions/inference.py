@@ -46,6 +46,20 @@ METRICS = (
             "missing where rounds are not the same instant on all nodes.",
             "GraphMessages",
         ),
+        (
+            "senders_by_round",
+            "1",
+            "",
+            "List: vertices that sent at least one graph message in each round, from round 0 on.",
+            f"GraphMessages; {CHEN_2006}, Fig. 10",
+        ),
+        (
+            "vertices_woken",
+            "1",
+            "",
+            "How often a vertex sent again after one round or more of silence.",
+            f"GraphMessages; {CHEN_2006}, Fig. 10",
+        ),
         ("rounds", "1", "", "Number of the last round.", "GraphMessages"),
         (
             "converged_round",
@@ -59,8 +73,8 @@ METRICS = (
             "graph_messages_until_convergence_per_sensor",
             "1",
             "lower",
-            "Graph messages up to and with `converged_round` (all, where that is null), over the number of nodes "
-            "that host variables.",
+            "Graph messages up to and with `converged_round` (all, where that is null or there are no common rounds), "
+            "over the number of nodes that host variables.",
             "GraphMessages, VariablePlacement",
         ),
         (
@@ -71,6 +85,34 @@ METRICS = (
             "GraphMessages",
         ),
         ("round_lateness_max_s", "s", "lower", "By how much at most; 0 if never.", "GraphMessages"),
+    ),
+    *grouped(
+        "loss and re-hosting",
+        (
+            "notices_missed",
+            "1",
+            "lower",
+            "How often, over nodes, partners and rounds, a node did not know at the end of a round all that a partner "
+            "had sent by then. These three are missing where no notices are given (`algorithm.silence`).",
+            "AlgorithmRecord",
+        ),
+        ("repeats_asked", "1", "lower", "Requests for what was missed.", "AlgorithmRecord"),
+        ("repeats_sent", "1", "lower", "Answers to such requests.", "AlgorithmRecord"),
+        (
+            "rehostings",
+            "1",
+            "",
+            "How often a node took over a variable whose host it believed dead. These two are missing where no "
+            "variable moved.",
+            "AlgorithmRecord",
+        ),
+        (
+            "hosts_stepped_down",
+            "1",
+            "",
+            "How often a host gave a variable up for another that had taken it over: the first was alive after all.",
+            "AlgorithmRecord",
+        ),
     ),
     *grouped(
         "association",

@@ -1,0 +1,87 @@
+"""From a trace to its rounds, its graphical model and the places that the trace tells."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from netsim.errors import ScenarioError, TraceError
+from netsim.flow.rounds import Round, RoundLog
+from netsim.trace.events import Event, GraphMessages, NodeTable, TruthTargets, VariablePlacement
+from netsim.trace.reader import read_trace, trace_metadata
+
+_TOPICS = {each.topic for each in (NodeTable, TruthTargets, VariablePlacement, GraphMessages)}
+
+
+@dataclass(frozen=True)
+class Flow:
+    """The information flow of a run.
+
+    Attributes:
+        title: Name of the scenario and seed.
+        nodes: Who takes part.
+        model: The graphical model as it was placed at the start.
+        truth: True positions of targets at the start, if the trace has them.
+        rounds: All rounds from 0 on.
+    """
+
+    title: str
+    nodes: NodeTable
+    model: VariablePlacement
+    truth: TruthTargets | None
+    rounds: tuple[Round, ...]
+
+    @property
+    def last_active(self) -> int:
+        """The last round in which something was sent."""
+        return max((each.number for each in self.rounds if each.messages), default=0)
+
+
+def load_flow(trace: Path) -> Flow:
+    """Read the information flow of a run.
+
+    Raises:
+        ScenarioError: If the run passed no graph messages, or passed them in no common rounds.
+        TraceError: If the trace cannot be read, has no nodes, or names vertices in its messages that its model lacks.
+    """
+    first, log = _read(trace)
+    nodes, model, truth = first.get(NodeTable), first.get(VariablePlacement), first.get(TruthTargets)
+    rounds = log.rounds()
+    if not isinstance(nodes, NodeTable):
+        message = f"{trace}: expected a table of nodes, got none"
+        raise TraceError(message)
+    if not isinstance(model, VariablePlacement) or not any(each.messages for each in rounds):
+        message = (
+            f"{trace}: expected messages between the vertices of a graphical model, got none; the algorithm passes none"
+        )
+        raise ScenarioError(message)
+    if not log.is_synchronous:
+        message = (
+            f"{trace}: expected rounds that all nodes share, got nodes that each count their own; "
+            "run the scenario with algorithm.schedule=synchronous"
+        )
+        raise ScenarioError(message)
+    _check_vertices(trace, model, rounds)
+    metadata = trace_metadata(trace)
+    title = f"{metadata.get('scenario', trace.stem)}, seed {metadata.get('seed', '?')}"
+    return Flow(title, nodes, model, truth if isinstance(truth, TruthTargets) else None, rounds)
+
+
+def _read(trace: Path) -> tuple[dict[type, Event], RoundLog]:
+    """The first event of each kind, and all graph messages."""
+    first: dict[type, Event] = {}
+    log = RoundLog()
+    for time_ns, event in read_trace(trace, _TOPICS):
+        if isinstance(event, GraphMessages):
+            log.add(event, time_ns)
+        else:
+            first.setdefault(type(event), event)
+    return first, log
+
+
+def _check_vertices(trace: Path, model: VariablePlacement, rounds: tuple[Round, ...]) -> None:
+    known = set(map(int, model.variable))
+    unknown = {vertex for each in rounds for edge in each.messages for vertex in edge} - known
+    if unknown:
+        message = (
+            f"{trace}: expected messages between the {len(known)} vertices of the model, got vertex {min(unknown)}"
+        )
+        raise TraceError(message)

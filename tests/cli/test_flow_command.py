@@ -1,0 +1,68 @@
+"""`netsim flow` on a run of the quickstart."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import netsim
+from netsim.cli.flow import chosen_rounds, flow_command
+from netsim.cli.questions import Question, ask
+from netsim.errors import ScenarioError
+from netsim.trace.events import VariablePlacement
+from netsim.trace.reader import read_trace
+
+
+@pytest.fixture(scope="module")
+def run(scenarios: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "out"
+    netsim.run(netsim.load(scenarios / "quickstart.yaml", ["seed=11"]), folder=folder)
+    return folder
+
+
+def test_the_rounds_are_those_of_the_metrics(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flow_command(run, None, "0-10", 4, as_json=True)
+    rounds = json.loads(capsys.readouterr().out)
+    metrics = json.loads((run / "metrics.json").read_text())
+    assert [len(each["senders"]) for each in rounds] == metrics["senders_by_round"]
+    assert [len(each["messages"]) for each in rounds] == metrics["graph_messages_by_round"]
+    assert sum(len(each["woken"]) for each in rounds) == metrics["vertices_woken"] > 0
+    assert sum(each["over_air"] for each in rounds) == metrics["graph_messages_over_air"]
+
+
+def test_who_wakes_a_sensor_is_on_the_nodes_that_inspect_names(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The messages of round 1 that led to what n03 sent in round 2 are those of the vertices that woke its sensor."""
+    flow_command(run, None, "2", 4, as_json=True)
+    (this,) = json.loads(capsys.readouterr().out)
+    (woken,) = (each for each in this["woken"] if each["vertex"] == "sensor 3")
+    (model,) = (event for _, event in read_trace(run / "trace.mcap", {VariablePlacement.topic}))
+    host = dict(zip(model.name, model.host, strict=True))
+    ask(run, Question(why="n03", round=2))
+    told = re.findall(r"^[├└]── #\d+ belief of round 1 from n(\d\d)", capsys.readouterr().out, re.MULTILINE)
+    assert {host[name] for name in woken["after_messages_of"]} - {3} == set(map(int, told))
+
+
+def test_a_table_and_a_picture(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flow_command(run, tmp_path / "flow.svg", None, 2, as_json=False)
+    told = capsys.readouterr().out
+    assert "Information flow: quickstart, seed 11" in told
+    assert "nothing was sent in the last" in told
+    assert f"wrote {tmp_path / 'flow.svg'}" in told
+    assert (tmp_path / "flow.svg").read_text().startswith("<?xml")
+
+
+def test_rounds_are_numbers_and_ranges() -> None:
+    assert chosen_rounds("5-7, 0,2,6", 9) == [0, 2, 5, 6, 7]
+    for text in ("", "a", "3-1", "1-", "-2", "1.5"):
+        with pytest.raises(ScenarioError, match="--rounds: expected numbers and ranges"):
+            chosen_rounds(text, 9)
+    with pytest.raises(
+        ScenarioError, match="--rounds: expected rounds from 0 to 9, the last of this run; got 1000000000"
+    ):
+        chosen_rounds("0-1000000000", 9)
+
+
+def test_a_picture_has_a_known_ending(run: Path, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"x.pdf: expected the name of a picture that ends in .png or .svg"):
+        flow_command(run, tmp_path / "x.pdf", None, 4, as_json=False)

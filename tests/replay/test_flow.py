@@ -1,0 +1,59 @@
+"""The graphical model in the replay: rows of a recording worked out by hand."""
+
+from pathlib import Path
+
+import numpy as np
+from recordings import MS, recording, timed
+
+from netsim.replay import style
+from netsim.trace.events import GraphMessages, NodeTable, VariablePlacement
+from netsim.trace.writer import TraceWriter
+
+ROUNDS = [[(0, 1), (1, 0)], [(1, 0)], [(0, 1)], []]
+
+
+def write(path: Path, *, shared: bool = True, unknown: int | None = None) -> Path:
+    """Two sensors 10 m apart; round `k` is recorded at `k` seconds."""
+    none = [""] * 2
+    with TraceWriter(path, {}) as writer:
+        writer.write(NodeTable([0, 1], ["a", "b"], none, ["sensor"] * 2, [0, 10], [0, 0], none, none, [1.0] * 2), 0)
+        writer.write(VariablePlacement([0, 1], ["sensor 0", "sensor 1"], [0, 1], [0], [1]), 0)
+        for number, edges in enumerate(ROUNDS):
+            source, to = [a for a, _ in edges], [b if unknown is None else unknown for _, b in edges]
+            event = GraphMessages(0, number, source, to, [1] * len(edges), 2, 0.5, int(shared), 0)
+            writer.write(event, number * 1000 * MS)
+    return path
+
+
+def packed(state: str) -> int:
+    red, green, blue, alpha = style.FLOW_COLOURS[state]
+    return red << 24 | green << 16 | blue << 8 | alpha
+
+
+def test_states_arrows_and_captions_follow_the_rounds(tmp_path: Path) -> None:
+    rows = recording(write(tmp_path / "flow.mcap"), tmp_path)
+    colours = timed(rows["/graph/vertices"], "Points2D:colors")
+    states = [("sends", "sends"), ("fell silent", "sends"), ("wakes", "fell silent"), ("fell silent", "silent")]
+    assert {time: list(each) for time, each in colours.items()} == {
+        1000 * number * MS: [packed(state) for state in pair] for number, pair in enumerate(states)
+    }
+    messages = timed(rows["/graph/messages"], "Arrows2D:vectors")
+    assert [len(messages[1000 * number * MS]) for number in range(4)] == [2, 0, 1, 0]
+    wakes = timed(rows["/graph/wakes"], "Arrows2D:vectors")
+    assert [len(wakes[1000 * number * MS]) for number in range(4)] == [0, 1, 0, 0]
+    (vector,) = wakes[1000 * MS]
+    assert vector[0] < 0  # from sensor 1 to sensor 0
+    np.testing.assert_allclose(vector[1], 0.0, atol=1e-6)
+    captions = timed(rows["/graph/caption"], "Points2D:labels")
+    assert captions[2000 * MS] == ["round 2: 1 send, 1 fall silent; wake: s0 after s1"]
+
+
+def test_a_window_begins_with_the_round_that_is_on(tmp_path: Path) -> None:
+    rows = recording(write(tmp_path / "flow.mcap"), tmp_path, start_s=1.5, end_s=2.5)
+    captions = timed(rows["/graph/caption"], "Points2D:labels")
+    assert {time // MS: text[0][:7] for time, text in captions.items()} == {1500: "round 1", 2000: "round 2"}
+
+
+def test_without_common_rounds_or_a_fitting_model_there_is_no_view(tmp_path: Path) -> None:
+    for path in (write(tmp_path / "own.mcap", shared=False), write(tmp_path / "odd.mcap", unknown=9)):
+        assert not [entity for entity in recording(path, tmp_path) if entity.startswith("/graph")]
