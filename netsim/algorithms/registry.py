@@ -7,7 +7,9 @@ from dataclasses import dataclass, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from netsim.algorithms.central_map import CentralMap, CentralMapParameters
 from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsParameters
+from netsim.algorithms.independent import Independent, IndependentParameters
 from netsim.algorithms.message_passing import MessagePassing
 from netsim.algorithms.message_passing_parameters import (
     CsmpParameters,
@@ -98,6 +100,22 @@ SHIPPED: Mapping[str, Entry] = {
             "tree-reweighted max-product: the MAP state with proof, or an honest 'not proved'",
             f"{CHEN_2006}, section 2.3; Wainwright, Jaakkola, Willsky, IEEE Trans. Information Theory 51 (2005) 3697-3717",
             GRAPHICAL,
+        ),
+        Entry(
+            "independent",
+            IndependentParameters,
+            Independent,
+            "every sensor decides by its own measurements alone; no messages",
+            f"{CHEN_2006}, section 6.1",
+            ("association",),
+        ),
+        Entry(
+            "central-map",
+            CentralMapParameters,
+            CentralMap,
+            "all measurements to one node, which solves the whole association exactly and tells each its part",
+            f"{CHEN_2006}, eq 6; solved by HiGHS (Huangfu and Hall 2018)",
+            ("association",),
         ),
         Entry(
             "neighbour-traffic",

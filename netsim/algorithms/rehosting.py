@@ -1,9 +1,10 @@
 """A variable whose host died is taken over by the next of the sensors that cover its target.
 
 Every covering sensor has the measurements of all others, so each can build the target's vertex (Chen et al. 2006, eq 14).
-All know the same order of candidates, the first host in front. Who has the host counts as dead when `suspect_after`
-messages in a row were not acknowledged, or as many notices did not come. The next candidate that is not suspected then takes
-over; who suspects a host and is not the next tells the next, which probes the host before it does so.
+All know the same order of candidates, by how well they suit (`problem.hosting`), the first host in front. Who has the host
+counts as dead when `suspect_after` messages in a row were not acknowledged, or as many notices did not come. The next
+candidate that is not suspected then takes over; who suspects a host and is not the next tells the next, which probes the
+host before it does so.
 
 A claim is (epoch, rank in the order): the higher epoch wins, of equals the lower rank. A takeover is a claim of the next
 epoch. Every node keeps the best claim it has heard, and answers a worse one, or a message from or to the wrong host,
@@ -22,7 +23,6 @@ from netsim.algorithms.hosting import Measurements
 from netsim.algorithms.message_passing_parameters import MessagePassingParameters, rule_of
 from netsim.api import Message, NodeHandle, Op
 from netsim.codec import Record
-from netsim.kernels.association_model import AssociationKnowledge, CoveredTarget
 from netsim.kernels.association_vertices import target_vertex
 from netsim.kernels.communication import VertexSender
 from netsim.kernels.semiring import FloatArray
@@ -61,12 +61,6 @@ class Claim:
         return _CLAIM.pack(self.target, self.epoch & 0xFFFF, self.rank)
 
 
-def candidates_of(knowledge: AssociationKnowledge, covered: CoveredTarget) -> tuple[int, ...]:
-    """The nodes that can host a target's vertex, the first host in front, the other covering sensors by node."""
-    nodes = sorted(knowledge.sensor_nodes[sensor] for sensor in covered.sensors)
-    return (*[node for node in nodes if node == covered.host], *[node for node in nodes if node != covered.host])
-
-
 def successor(candidates: tuple[int, ...], rank: int, suspects: set[int]) -> int | None:
     """Who comes after the candidate of a rank: round the order, without those suspected and itself; None if nobody."""
     after = [*candidates[rank + 1 :], *candidates[:rank]]
@@ -92,7 +86,7 @@ class Rehosting:
         self._measured = measured
         knowledge = measured.knowledge
         shared = [covered for covered in knowledge.targets if covered.vertex is not None]
-        self._candidates = {covered.target: candidates_of(knowledge, covered) for covered in shared}
+        self._candidates = {covered.target: covered.candidates for covered in shared}
         self._vertex = {covered.target: covered.vertex for covered in shared if covered.vertex is not None}
         self._target = {vertex: target for target, vertex in self._vertex.items()}
         self._claims = {target: Claim(target, 0, 0) for target in self._candidates}

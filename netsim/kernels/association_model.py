@@ -167,10 +167,9 @@ class AssociationInstance:
         host = self.hosts[target]
         if host is None:
             return ()
-        if self.preferences:
-            return self.preferences[target]
-        nodes = [self.sensor_nodes[sensor] for sensor in self.coverage[target]]
-        return (host, *(node for node in nodes if node != host))
+        covering = tuple(self.sensor_nodes[sensor] for sensor in self.coverage[target])
+        order = self.preferences[target] if self.preferences else covering
+        return (host, *(node for node in order if node != host))
 
     def to_json(self) -> str:
         """The instance as JSON; floats survive the round trip bit for bit."""

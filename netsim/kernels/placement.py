@@ -83,7 +83,7 @@ def place(
         return _balanced(lodgers, distances_m)
     cost = _criterion(rule, costs)
     return tuple(
-        tuple(sorted(away_m, key=lambda node: (*cost(lodger, node), away_m[node], node)))  # noqa: B023  used at once
+        tuple(sorted(away_m, key=lambda node: (*cost(lodger, node), away_m[node], node)))
         for lodger, away_m in zip(lodgers, distances_m, strict=True)
     )
 
@@ -139,9 +139,7 @@ def _balanced(lodgers: Sequence[Lodger], distances_m: Sequence[Mapping[int, floa
     for host in chosen.values():
         load[host] = load.get(host, 0) + 1
     return tuple(
-        tuple(
-            sorted(away_m, key=lambda node: (node != chosen[index], load.get(node, 0), away_m[node], node))  # noqa: B023
-        )
+        tuple(sorted(away_m, key=lambda node: (node != chosen[index], load.get(node, 0), away_m[node], node)))
         for index, away_m in enumerate(distances_m)
     )
 

@@ -6,7 +6,16 @@ from itertools import groupby
 from typing import Any, Final
 
 from netsim.errors import ScenarioError
-from netsim.metrics.definitions import communication, energy, inference, lifetime, optimality, runs, tracking
+from netsim.metrics.definitions import (
+    communication,
+    energy,
+    inference,
+    lifetime,
+    optimality,
+    placement,
+    runs,
+    tracking,
+)
 from netsim.metrics.metric import Metric
 
 __all__ = [
@@ -20,7 +29,7 @@ __all__ = [
     "metric_of",
 ]
 
-_GROUPS = (runs, inference, optimality, tracking, communication, energy, lifetime)
+_GROUPS = (runs, placement, inference, optimality, tracking, communication, energy, lifetime)
 CATALOGUE: Final[Mapping[str, Metric]] = {metric.name: metric for module in _GROUPS for metric in module.METRICS}
 """Every metric by its name in `metrics.json`, in the order of the documentation."""
 

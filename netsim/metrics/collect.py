@@ -12,6 +12,7 @@ from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalErr
 from netsim.metrics.life import Life
 from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
+from netsim.metrics.placement import PlacementCost
 from netsim.metrics.protocol import Conversations
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
@@ -27,6 +28,7 @@ class Metrics:
         self._reducers = (
             Life(),
             Faults(),
+            PlacementCost(),
             GraphTraffic(),
             Waking(),
             Conversations(),
