@@ -58,7 +58,8 @@ class CentralMapParameters:
     gather_s: Positive = 6.0
     """Time for reports; with what has come by then the centre goes on."""
     answer_s: Positive = 6.0
-    """Time for computing and for telling the decisions."""
+    """Time for computing and for telling the decisions; sensors that are not told in time decide alone. A
+    microcontroller without floating-point hardware takes some thousand times as long as one with it."""
     attempts: PositiveInt = 3
     """How often a report or a decision is sent that was not acknowledged."""
     payload: FloatWidth = "float64"
@@ -153,6 +154,7 @@ class CentralMap:
             missed = {}
             for to, decision in waiting.items():
                 if node.now_ns >= end_ns:
+                    node.log(f"no time to tell {len(waiting)} sensors their decisions: see `answer_s`")
                     return
                 delivery = yield from node.send(to, DECISION, encode_decision(decision)).wait()
                 if not delivery.acknowledged:

@@ -23,9 +23,9 @@ METRICS = grouped(
         "placement_hops_mean",
         "1",
         "lower",
-        "Fewest hops between the hosts of an edge's two variables, 0 on one node, mean over the edges; over the links of the "
-        "start with a packet reception ratio of 0.5 or more both ways, whatever routes the network takes. Edges without a "
-        "way are left out; null without any that has one.",
+        "Fewest hops between the hosts of an edge's two variables, 0 on one node, mean over the edges; over the links of "
+        "the start with a packet reception ratio of 0.5 or more both ways, whatever routes the network takes. Edges "
+        "without a way are left out; null without any that has one.",
         "VariablePlacement, LinkTable",
     ),
     (
