@@ -11,6 +11,7 @@ What holds and where it is tested:
 """
 
 from dataclasses import replace
+from itertools import pairwise
 
 import association_oracle as oracle
 import networkx as nx
@@ -95,10 +96,10 @@ def test_integer_programme_and_toulbar2_agree_on_the_papers_grid(false_alarms):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("targets", "seeds"), [(33, range(5)), (54, (1, 4))])
+@pytest.mark.parametrize(("targets", "seeds"), [(33, range(5)), (54, (0,))])
 @pytest.mark.parametrize("false_alarms", MODELS)
 def test_integer_programme_and_toulbar2_agree_on_full_problems(targets, seeds, false_alarms):
-    """25 sensors and 33 or 54 targets. Variances as totals: the literal ones take toulbar2 up to hours at 54 targets."""
+    """25 sensors and 33 or 54 targets. With the literal variances toulbar2 needs far longer."""
     for seed in seeds:
         instance = drawn(seed, GRID_M, targets, false_alarms=false_alarms, variance="total", prior_mean="drawn")
         exact, other = best_assignment(instance).score, toulbar2.best_score(instance)
@@ -192,7 +193,7 @@ def test_tolerance_zero_never_sends_an_unchanged_message():
     for instance in GRIDS:
         result = run_synchronous(instance_vertices(instance), Semiring.MAX, 20, CommunicationRule(tolerance=0.0))
         rounds = [set(count.sent) for count in result.rounds]
-        for before, now in zip(rounds[1:], rounds[2:], strict=False):
+        for before, now in pairwise(rounds[1:]):
             told = {destination for _, destination in before}
             assert {source for source, _ in now} <= told
 
