@@ -9,7 +9,7 @@ import numpy as np
 
 from netsim.kernels.association_likelihood import false_alarm_log_density, log_evidence
 from netsim.kernels.association_model import AssociationInstance, AssociationKnowledge, CoveredTarget, SensorModel
-from netsim.kernels.injections import check_states, count_injections, injections, left_over
+from netsim.kernels.injections import count_injections, injections, left_over
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.sensor_vertex import SensorVertex, SharedEvidence, TargetGroup
 from netsim.kernels.target_vertex import TargetVertex
@@ -87,8 +87,6 @@ def _shared_group(
         return TargetGroup(targets, neighbour, here, local, None, np.full(len(here.states), states))
     there = injections(len(members), len(measured[neighbour]))
     points = [measured[knowledge.sensor], measured[neighbour]]
-    most = max(here.grid[0], there.grid[0]) ** (len(members) + 1)
-    check_states(most, f"the compatibility of two sensors that share {len(members)} targets")
     edge = SharedEvidence(tuple(_evidence(knowledge.model, covered, points) for covered in members), there)
     counts = _counts(knowledge.covered[neighbour] - len(members), len(measured[neighbour]))
     return TargetGroup(targets, neighbour, here, local, edge, counts[there.used])

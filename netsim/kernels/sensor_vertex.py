@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from netsim.kernels.injections import Injections, IntArray
-from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, reduce, uniform
+from netsim.kernels.semiring import FloatArray, Semiring, contract, log_normalise, reduce, uniform
 from netsim.kernels.vertex import Choice, Incoming, Weights, margin_below
 
 
@@ -35,9 +35,7 @@ class SharedEvidence:
     def carry(self, here: FloatArray, semiring: Semiring, exponent: float = 1.0) -> FloatArray:
         """From log weights on the grid of tuples here to those of the injections there, the potential to a power."""
         for table in self.tables:
-            powered = table if exponent == 1.0 else exponent * table
-            spread = powered.reshape(len(table), *(1,) * (here.ndim - 1), -1)
-            here = reduce(semiring, here[..., None] + spread, 0)
+            here = contract(semiring, here, table if exponent == 1.0 else exponent * table)
         return here.reshape(-1)[self.there.cells]
 
     def operations(self) -> int:
@@ -300,5 +298,5 @@ class SensorVertex:
     def operations(self) -> int:
         """Three operations for each entry of the mask tables absorbed, and those of the edge potentials."""
         depth = max(len(self._edges) - 1, 0).bit_length()
-        absorbed = sum(group.injections.unions.size + len(group.local) for group in self._edges)
+        absorbed = sum(group.injections.pairs + len(group.local) for group in self._edges)
         return 3 * depth * absorbed + sum(group.edge.operations() for group in self._edges if group.edge is not None)

@@ -8,6 +8,7 @@ import numpy as np
 
 from netsim.api import Algorithm
 from netsim.errors import InvariantError, ScenarioError
+from netsim.kernels.association_reach import require_reach
 from netsim.problems import association, graph
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
@@ -81,9 +82,10 @@ def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenar
     if isinstance(parameters, AssociationParameters):
         sensing = [place for place in nodes if place.sensor is not None]
         ids = [place.id for place in sensing]
-        return association.build(
-            parameters, positions_m(sensing), ids, streams, PlannedRoutes(loaded.scenario, nodes, air)
-        )
+        routes = PlannedRoutes(loaded.scenario, nodes, air)
+        drawn = association.build(parameters, positions_m(sensing), ids, streams, routes)
+        require_reach(drawn.instance)
+        return drawn
     if isinstance(parameters, GraphParameters):
         return graph.build(parameters, [place.id for place in nodes], streams, _model_text(parameters, loaded))
     return NoProblem()
