@@ -65,9 +65,10 @@ def sensor_vertex(knowledge: DistributionKnowledge, reading: float | None) -> Co
     model = knowledge.model
     edges = {subregion.vertex: detection_log_edge(model, subregion) for subregion in knowledge.subregions}
     totals = np.arange(1 + sum(len(edge) - 1 for edge in edges.values()))
-    if reading is None:
-        return CountingVertex(knowledge.sensor, edges, np.zeros(len(totals)))
-    return CountingVertex(knowledge.sensor, edges, -((reading - totals) ** 2) / (2.0 * model.noise_variance))
+    told = np.zeros(len(totals))
+    if reading is not None:
+        told -= (reading - totals) ** 2 / (2.0 * model.noise_variance)
+    return CountingVertex(knowledge.sensor, edges, told)
 
 
 def hosted_vertices(knowledge: DistributionKnowledge, reading: float | None) -> tuple[Vertex, ...]:
