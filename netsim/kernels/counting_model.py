@@ -5,9 +5,10 @@ and a Poisson number of false ones; the reading is Gaussian around the sum of al
 """
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from scipy.stats import binom, poisson
+from scipy.special import gammaln, pdtrc, xlogy
 
 from netsim.kernels.counting_vertex import CountingVertex
 from netsim.kernels.pairwise_vertex import PairwiseVertex
@@ -24,7 +25,7 @@ from netsim.kernels.vertex import Vertex
 def count_log_prior(model: CountingModel, subregion: Subregion) -> FloatArray:
     """Log prior of each possible number of targets: Poisson, cut to what is held possible; shape (counts,)."""
     mean = model.target_density_per_m2 * subregion.area_m2
-    return log_normalise(np.asarray(poisson.logpmf(subregion.counts, mean), dtype=float))
+    return log_normalise(_poisson_log(np.array(subregion.counts), mean))
 
 
 def detection_log_edge(model: CountingModel, subregion: Subregion) -> FloatArray:
@@ -39,14 +40,28 @@ def detection_log_edge(model: CountingModel, subregion: Subregion) -> FloatArray
 
 @lru_cache(maxsize=4096)
 def _log_edge(counts: tuple[int, ...], detection_probability: float, false_mean: float, tail: float) -> FloatArray:
-    most_false = int(poisson.isf(tail, false_mean)) if false_mean > 0.0 else 0
-    false = np.asarray(poisson.pmf(np.arange(most_false + 1), false_mean), dtype=float)
-    detected = np.arange(counts[-1] + 1)
-    columns = [np.convolve(binom.pmf(detected, count, detection_probability), false / false.sum()) for count in counts]
+    most_false = 0
+    while pdtrc(most_false, false_mean) > tail:
+        most_false += 1
+    false = np.exp(log_normalise(_poisson_log(np.arange(most_false + 1), false_mean)))
+    columns = [np.convolve(_binomial(counts[-1], count, detection_probability), false) for count in counts]
     with np.errstate(divide="ignore"):
         edge = np.log(np.array(columns).T)
     edge.setflags(write=False)  # it is shared
     return np.asarray(edge)
+
+
+def _poisson_log(counts: np.ndarray[Any, Any], mean: float) -> FloatArray:
+    return np.asarray(xlogy(counts, mean) - mean - gammaln(counts + 1.0))
+
+
+def _binomial(most: int, trials: int, probability: float) -> FloatArray:
+    """Probabilities of 0, 1, ..., `most` successes in `trials`, which may be fewer."""
+    hits = np.arange(most + 1)
+    misses = np.maximum(trials - hits, 0)
+    choices = gammaln(trials + 1.0) - gammaln(hits + 1.0) - gammaln(misses + 1.0)
+    weights = np.exp(choices) * probability**hits * (1.0 - probability) ** misses
+    return np.where(hits <= trials, weights, 0.0)
 
 
 def subregion_vertex(model: CountingModel, subregion: Subregion) -> PairwiseVertex:
