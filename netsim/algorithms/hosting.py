@@ -66,7 +66,8 @@ def prepare(
         return Hosting(knowledge.vertices, knowledge.hosts)
     if knowledge is None:
         return Hosting((), {})
-    message = f"message passing needs an association, target-distribution or factor-graph problem, not {type(knowledge).__name__}"
+    needed = "an association, target-distribution or factor-graph problem"
+    message = f"message passing needs {needed}, not {type(knowledge).__name__}"
     raise AlgorithmError(message)
 
 

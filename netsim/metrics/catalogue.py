@@ -6,7 +6,7 @@ from itertools import groupby
 from typing import Any, Final
 
 from netsim.errors import ScenarioError
-from netsim.metrics.definitions import communication, energy, inference, lifetime, runs, tracking
+from netsim.metrics.definitions import communication, energy, inference, lifetime, runs, target_distribution, tracking
 from netsim.metrics.metric import Metric
 
 __all__ = [
@@ -20,12 +20,13 @@ __all__ = [
     "metric_of",
 ]
 
-_GROUPS = (runs, inference, tracking, communication, energy, lifetime)
+_GROUPS = (runs, inference, target_distribution, tracking, communication, energy, lifetime)
 CATALOGUE: Final[Mapping[str, Metric]] = {metric.name: metric for module in _GROUPS for metric in module.METRICS}
 """Every metric by its name in `metrics.json`, in the order of the documentation."""
 
 ERROR_METRICS: Final = (
     "association_error",
+    "count_error",
     "marginal_error_linf",
     "position_error_mean_m",
     "ospa_mean_m",

@@ -10,6 +10,7 @@ from netsim.metrics.faults import Faults
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
 from netsim.metrics.origins import OriginError
+from netsim.metrics.target_distribution import CountError
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
@@ -28,6 +29,7 @@ class Metrics:
             AssociationError(),
             MarginalError(),
             OriginError(),
+            CountError(),
             Tracking(),
             Traffic(),
             self._energy,
