@@ -72,12 +72,12 @@ def prepare(
 
 
 def _read(node: NodeHandle) -> Op[float | None]:
-    """The sensor's count; None where the node's energy allowance refuses the reading."""
+    """The sensor's count; None where the sensor gives none, or the node's energy allowance refuses the reading."""
     try:
         observation = yield from node.sense()
     except NoEnergyError:
         return None
-    return float(observation.values[0])
+    return float(observation.values[0]) if observation.values.size else None
 
 
 def _measure(

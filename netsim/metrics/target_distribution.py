@@ -21,7 +21,7 @@ Loss = Callable[[Subregion, int], FloatArray]
 
 def _scaled(subregion: Subregion, count: int) -> FloatArray:
     """How far off, over the number of states (eq 20)."""
-    return np.abs(np.array(subregion.counts, dtype=float) - count) / len(subregion.counts)
+    return np.asarray(np.abs(np.array(subregion.counts, dtype=float) - count) / len(subregion.counts))
 
 
 def _wrong(subregion: Subregion, count: int) -> FloatArray:
