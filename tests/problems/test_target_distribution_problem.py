@@ -34,19 +34,19 @@ class TestEveryCoverage:
             assert count in subregion.counts
 
     def test_mean_count_is_density_times_area(self, parameters):
-        """Over 200 problems, within four standard errors of a Poisson number."""
-        made = [drawn(parameters, seed=seed) for seed in range(200)]
+        """Over 50 problems, within four standard errors of a Poisson number."""
+        made = [drawn(parameters, seed=seed) for seed in range(50)]
         area_m2 = sum(subregion.area_m2 for subregion in made[0].instance.subregions)
-        expected = 200 * parameters.target_density_per_m2 * area_m2
+        expected = 50 * parameters.target_density_per_m2 * area_m2
         assert abs(sum(sum(problem.counts) for problem in made) - expected) < 4.0 * np.sqrt(expected)
 
     def test_mean_reading_is_what_the_model_says(self, parameters):
-        """Over 200 problems: detected targets and false detections of everything a sensor covers."""
-        made = [drawn(parameters, seed=seed) for seed in range(200)]
+        """Over 50 problems: detected targets and false detections of everything a sensor covers."""
+        made = [drawn(parameters, seed=seed) for seed in range(50)]
         density = 0.8 * parameters.target_density_per_m2 + parameters.false_alarm_density_per_m2
         covered_m2 = [sum(s.area_m2 for s in mine) for mine in made[0].instance.subregions_of]
         readings = np.array([problem.instance.readings for problem in made])
-        deviation = np.sqrt((density * np.array(covered_m2) + 1.0) / 200)
+        deviation = np.sqrt((density * np.array(covered_m2) + 1.0) / 50)
         assert (np.abs(readings.mean(axis=0) - density * np.array(covered_m2)) < 5.0 * deviation).all()
 
     def test_hosts_cover_what_they_host(self, parameters):
