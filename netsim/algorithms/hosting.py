@@ -8,8 +8,8 @@ import numpy as np
 from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.codec import FloatWidth, Precision, decode_floats, encode_floats, float_width
 from netsim.errors import AlgorithmError
+from netsim.kernels.association_graph import model_vertices
 from netsim.kernels.association_model import AssociationKnowledge
-from netsim.kernels.association_vertices import hosted_vertices
 from netsim.kernels.graph_model import GraphKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vertex import Vertex
@@ -70,8 +70,8 @@ def prepare(
     knowledge = node.knowledge
     if isinstance(knowledge, AssociationKnowledge):
         own, others = yield from _measure(node, knowledge, float_width(width), deadline_ns, attempts, manner)
-        sensor, targets = hosted_vertices(knowledge, own, others)
-        return Hosting((sensor, *targets), dict(knowledge.hosts), Measurements(knowledge, own, others))
+        vertices = tuple(model_vertices(knowledge, own, others))
+        return Hosting(vertices, dict(knowledge.hosts), Measurements(knowledge, own, others))
     yield from node.pause_until(deadline_ns)
     if isinstance(knowledge, GraphKnowledge):
         return Hosting(knowledge.vertices, dict(knowledge.hosts))

@@ -6,7 +6,7 @@ Targets are numbered 0 .. M-1; target t has a vertex of its own, N + t, when thr
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -168,6 +168,16 @@ class AssociationInstance:
         """Id of a target's vertex, None when it has none."""
         least = {"hybrid": 3, "target": 1, "sensor": np.inf}[self.graph]
         return len(self.sensor_nodes) + target if len(self.coverage[target]) >= least else None
+
+    def as_hybrid(self) -> "AssociationInstance":
+        """The same problem in the sensor-target hybrid model; target vertices that had no host get a covering sensor's."""
+        if self.graph == "hybrid":
+            return self
+        hosts = tuple(
+            None if len(sensors) < 3 else self.sensor_nodes[sensors[0]] if host is None else host
+            for host, sensors in zip(self.hosts, self.coverage, strict=True)
+        )
+        return replace(self, graph="hybrid", hosts=hosts, cluster_hosts=())
 
     @cached_property
     def clusters(self) -> tuple[Cluster, ...]:

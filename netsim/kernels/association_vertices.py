@@ -147,7 +147,8 @@ def hosted_vertices(
 
 
 def instance_vertices(instance: AssociationInstance) -> list[Vertex]:
-    """All the vertices of a problem, ascending, built node by node as the nodes themselves would."""
+    """All the vertices of a problem's hybrid model, ascending, built node by node as the nodes themselves would."""
+    instance = instance.as_hybrid()
     made: list[Vertex] = []
     for sensor, own_m in enumerate(instance.measurements_m):
         knowledge = instance.knowledge(sensor)
