@@ -9,8 +9,8 @@ from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.codec import FloatWidth, Precision, decode_floats, encode_floats, float_width
 from netsim.errors import AlgorithmError
 from netsim.kernels import counting_model
+from netsim.kernels.association_graph import model_vertices
 from netsim.kernels.association_model import AssociationKnowledge
-from netsim.kernels.association_vertices import hosted_vertices
 from netsim.kernels.graph_model import GraphKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.target_distribution import DistributionKnowledge
@@ -72,8 +72,8 @@ def prepare(
     knowledge = node.knowledge
     if isinstance(knowledge, AssociationKnowledge):
         own, others = yield from _measure(node, knowledge, float_width(width), deadline_ns, attempts, manner)
-        sensor, targets = hosted_vertices(knowledge, own, others)
-        return Hosting((sensor, *targets), dict(knowledge.hosts), Measurements(knowledge, own, others))
+        vertices = tuple(model_vertices(knowledge, own, others))
+        return Hosting(vertices, dict(knowledge.hosts), Measurements(knowledge, own, others))
     if isinstance(knowledge, DistributionKnowledge):
         reading = yield from _read(node)
         yield from node.pause_until(deadline_ns)
