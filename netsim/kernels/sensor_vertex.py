@@ -123,6 +123,10 @@ class SensorVertex:
         """How many associations of the receiver agree with each entry."""
         return self._edge(neighbour).multiplicity
 
+    def shares_states(self, neighbour: int) -> bool:
+        """Towards a target's vertex: messages both ways are indexed by what the target gave this sensor."""
+        return self._edge(neighbour).edge is None
+
     def outgoing(self, incoming: Incoming, semiring: Semiring) -> dict[int, FloatArray]:
         """Eq (3) or (5) to every neighbour."""
         weights = self._weights(self._edges, incoming)
