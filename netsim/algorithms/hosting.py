@@ -116,10 +116,11 @@ def _measure(
         payload = b""
     nodes = {knowledge.sensor_nodes[sensor]: sensor for sensor in knowledge.partners}
     heard = yield from exchange(node, OBSERVATIONS, payload, sorted(nodes), deadline_ns, attempts, manner)
-    others = {sensor: np.empty((0, 2)) for sensor in knowledge.partners}
-    others.update({nodes[source]: _points(data, width) for source, data in heard.items()})
-    return _points(payload, width), others
+    numbers = knowledge.model.numbers
+    others = {sensor: np.empty((0, numbers)) for sensor in knowledge.partners}
+    others.update({nodes[source]: _points(data, width, numbers) for source, data in heard.items()})
+    return _points(payload, width, numbers), others
 
 
-def _points(data: bytes, width: FloatWidth) -> FloatArray:
-    return decode_floats(data, width).reshape(-1, 2)
+def _points(data: bytes, width: FloatWidth, numbers: int) -> FloatArray:
+    return decode_floats(data, width).reshape(-1, numbers)

@@ -9,9 +9,12 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array, csr_array
 
 from netsim.errors import NetsimError, ScenarioError
-from netsim.kernels.association_likelihood import log_evidence
 from netsim.kernels.association_model import AssociationInstance
-from netsim.kernels.association_vertices import detection_log_weights, false_alarm_log_weights
+from netsim.kernels.association_vertices import (
+    detection_log_weights,
+    false_alarm_log_weights,
+    hypothesis_evidence,
+)
 from netsim.kernels.injections import IntArray, check_states, count_injections, injections
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vertex import along
@@ -23,8 +26,9 @@ Assignment = Sequence[IntArray]
 def hypothesis_table(instance: AssociationInstance, target: int) -> FloatArray:
     """Log score of each joint hypothesis about one target: evidence and detections; shape (q_1 + 1, ..., q_k + 1)."""
     points = [instance.measurements_m[sensor] for sensor in instance.coverage[target]]
-    noise_m2 = np.array(instance.model.noise_m2)
-    table = log_evidence(instance.means_m[target], instance.covariances_m2[target], noise_m2, points)
+    places_m = np.array([instance.sensors_m[sensor] for sensor in instance.coverage[target] if instance.sensors_m])
+    mean_m, covariance_m2 = instance.means_m[target], instance.covariances_m2[target]
+    table = hypothesis_evidence(instance.model, mean_m, covariance_m2, places_m, points)
     missed, detected = detection_log_weights(instance.model, 1)
     for axis, size in enumerate(table.shape):
         table = table + along(np.where(np.arange(size) > 0, detected, missed), axis, table.ndim)

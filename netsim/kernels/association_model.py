@@ -8,7 +8,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from netsim.kernels.spanning_trees import components
 FalseAlarms = Literal["strict", "geometric"]
 GraphForm = Literal["hybrid", "sensor", "target"]
 """Which graphical model the nodes use (Chen et al. 2006, sections 3.2.1 to 3.2.3)."""
+Measures = Literal["position", "range_bearing", "range", "bearing"]
 Matrix2 = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -32,6 +33,9 @@ class SensorModel:
         false_alarms: `strict`: at most one a sensor, probabilities 1 - P_F and P_F; `geometric`: a factor P_F for each
             (Chen et al. 2006, eq 16).
         detection_radius_m: Range of a sensor; false alarms are uniform within it.
+        measures: What a measurement is: a position, or range and bearing from the sensor, or one of them.
+        range_sd_m: Standard deviation of a range; of no meaning for positions and bearings.
+        bearing_sd_rad: Standard deviation of a bearing; of no meaning for positions and ranges.
     """
 
     noise_m2: Matrix2
@@ -39,6 +43,14 @@ class SensorModel:
     false_alarm_probability: float
     false_alarms: FalseAlarms
     detection_radius_m: float
+    measures: Measures = "position"
+    range_sd_m: float = 0.0
+    bearing_sd_rad: float = 0.0
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers a measurement has."""
+        return 2 if self.measures in ("position", "range_bearing") else 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +65,7 @@ class CoveredTarget:
         vertex: Id of its vertex; None when fewer than three sensors cover it.
         host: Node that hosts the vertex; None without one.
         candidates: Nodes that can host it, in order of preference, the host first; empty without a vertex.
+        sensors_m: Position of each of those sensors; empty where measurements are positions.
     """
 
     target: int
@@ -62,6 +75,7 @@ class CoveredTarget:
     vertex: int | None
     host: int | None
     candidates: tuple[int, ...] = ()
+    sensors_m: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +151,7 @@ class AssociationInstance:
 
     Attributes:
         sensor_nodes: Node id of each sensor, ascending.
-        measurements_m: Position measurements of each sensor, shape (q, 2).
+        measurements_m: Measurements of each sensor, shape (q, 2) for positions in metres (see `SensorModel.measures`).
         means_m: Prior means of the targets, shape (M, 2).
         covariances_m2: Their prior covariances, shape (M, 2, 2).
         coverage: For each target the sensors that cover it, ascending.
@@ -147,6 +161,7 @@ class AssociationInstance:
             (as in instances written before there was a choice) for the host, then the others by node id.
         graph: Which graphical model the nodes use.
         cluster_hosts: Sensor-oriented model: for each sensor the node that hosts the vertex of its cluster.
+        sensors_m: Positions of the sensors, needed where they measure ranges or bearings.
     """
 
     sensor_nodes: tuple[int, ...]
@@ -159,6 +174,7 @@ class AssociationInstance:
     preferences: tuple[tuple[int, ...], ...] = ()
     graph: GraphForm = "hybrid"
     cluster_hosts: tuple[int, ...] = ()
+    sensors_m: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def targets_of(self) -> tuple[tuple[int, ...], ...]:
@@ -258,6 +274,7 @@ class AssociationInstance:
             vertex=self.target_vertex_id(target),
             host=self.hosts[target],
             candidates=self._candidates(target),
+            sensors_m=tuple(self.sensors_m[sensor] for sensor in self.coverage[target]) if self.sensors_m else (),
         )
 
     def _candidates(self, target: int) -> tuple[int, ...]:
@@ -272,7 +289,7 @@ class AssociationInstance:
     def to_json(self) -> str:
         """The instance as JSON; floats survive the round trip bit for bit."""
         model = self.model
-        content = {
+        content: dict[str, Any] = {
             "sensor_nodes": self.sensor_nodes,
             "measurements_m": [points.tolist() for points in self.measurements_m],
             "means_m": self.means_m.tolist(),
@@ -290,6 +307,11 @@ class AssociationInstance:
         }
         if self.graph != "hybrid":
             content.update(graph=self.graph, cluster_hosts=self.cluster_hosts)
+        if model.measures != "position":
+            content.update(sensors_m=self.sensors_m)
+            content["model"].update(
+                measures=model.measures, range_sd_m=model.range_sd_m, bearing_sd_rad=model.bearing_sd_rad
+            )
         return json.dumps(content, allow_nan=False)
 
     @staticmethod
@@ -298,17 +320,22 @@ class AssociationInstance:
         content = json.loads(text)
         model = content["model"]
         (xx, xy), (yx, yy) = model.pop("noise_m2")
+        seen = SensorModel(noise_m2=((xx, xy), (yx, yy)), **model)
+        numbers = seen.numbers
         return AssociationInstance(
             sensor_nodes=tuple(content["sensor_nodes"]),
-            measurements_m=tuple(np.reshape(points, (-1, 2)).astype(float) for points in content["measurements_m"]),
+            measurements_m=tuple(
+                np.reshape(points, (-1, numbers)).astype(float) for points in content["measurements_m"]
+            ),
             means_m=np.reshape(content["means_m"], (-1, 2)).astype(float),
             covariances_m2=np.reshape(content["covariances_m2"], (-1, 2, 2)).astype(float),
             coverage=tuple(map(tuple, content["coverage"])),
             hosts=tuple(content["hosts"]),
-            model=SensorModel(noise_m2=((xx, xy), (yx, yy)), **model),
+            model=seen,
             preferences=tuple(map(tuple, content.get("preferences", ()))),
             graph=content.get("graph", "hybrid"),
             cluster_hosts=tuple(content.get("cluster_hosts", ())),
+            sensors_m=tuple((x_m, y_m) for x_m, y_m in content.get("sensors_m", ())),
         )
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from netsim.kernels.association_likelihood import false_alarm_log_density, log_evidence
 from netsim.kernels.association_model import AssociationInstance, AssociationKnowledge, CoveredTarget, SensorModel
 from netsim.kernels.injections import count_injections, injections, left_over
+from netsim.kernels.polar_evidence import polar_false_alarm_log_density, polar_log_evidence
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.sensor_vertex import SensorVertex, SharedEvidence, TargetGroup
 from netsim.kernels.target_vertex import TargetVertex
-from netsim.kernels.vertex import Vertex
+from netsim.kernels.vertex import Vertex, along
 
 Measured = Mapping[int, FloatArray]
 """Position measurements in metres by sensor, each of shape (q, 2)."""
@@ -86,8 +87,9 @@ def _shared_group(
         states = _target_states(knowledge, measured, members[0])
         return TargetGroup(targets, neighbour, here, local, None, np.full(len(here.states), states))
     there = injections(len(members), len(measured[neighbour]))
-    points = [measured[knowledge.sensor], measured[neighbour]]
-    edge = SharedEvidence(tuple(evidence(knowledge.model, covered, points) for covered in members), there)
+    ends = (knowledge.sensor, neighbour)
+    points = [measured[end] for end in ends]
+    edge = SharedEvidence(tuple(evidence(knowledge.model, covered, points, ends) for covered in members), there)
     counts = _counts(knowledge.covered[neighbour] - len(members), len(measured[neighbour]))
     return TargetGroup(targets, neighbour, here, local, edge, counts[there.used])
 
@@ -108,10 +110,61 @@ def _target_states(knowledge: AssociationKnowledge, measured: Measured, covered:
     return float(np.prod([len(measured[sensor]) + 1.0 for sensor in covered.sensors if sensor != knowledge.sensor]))
 
 
-def evidence(model: SensorModel, covered: CoveredTarget, measurements_m: Sequence[FloatArray]) -> FloatArray:
-    """Log evidence of every joint hypothesis about a target, one axis a sensor (see `log_evidence`)."""
+def evidence(
+    model: SensorModel,
+    covered: CoveredTarget,
+    measurements_m: Sequence[FloatArray],
+    sensors: Sequence[int] | None = None,
+) -> FloatArray:
+    """Log evidence of every joint hypothesis about a target, one axis a sensor (see `hypothesis_evidence`).
+
+    Args:
+        model: How sensors see.
+        covered: The target.
+        measurements_m: Measurements by sensor.
+        sensors: Whose they are, in this order; the target's sensors ascending if None.
+    """
+    order = covered.sensors if sensors is None else sensors
+    places_m = [covered.sensors_m[covered.sensors.index(sensor)] for sensor in order] if covered.sensors_m else []
     mean_m, covariance_m2 = np.array(covered.mean_m), np.array(covered.covariance_m2)
-    return log_evidence(mean_m, covariance_m2, np.array(model.noise_m2), measurements_m)
+    return hypothesis_evidence(model, mean_m, covariance_m2, np.array(places_m), measurements_m)
+
+
+def hypothesis_evidence(
+    model: SensorModel,
+    mean_m: FloatArray,
+    covariance_m2: FloatArray,
+    sensors_m: FloatArray,
+    measurements_m: Sequence[FloatArray],
+) -> FloatArray:
+    """Log evidence of every joint hypothesis about one target, whatever its sensors measure.
+
+    The density of a false alarm in range depends on the range. Here each measurement of range or bearing that the target
+    takes is weighed by 1 / (pi r^2) over its own density as a false alarm; so the rest of the model may give every false
+    alarm the density 1 / (pi r^2): together that is the joint probability up to a factor common to all associations.
+
+    Args:
+        model: How sensors see.
+        mean_m: Prior mean, shape (2,).
+        covariance_m2: Prior covariance, shape (2, 2).
+        sensors_m: Positions of the sensors that cover the target, shape (k, 2); not used for positions.
+        measurements_m: Their measurements.
+
+    Returns:
+        Shape (q_1 + 1, ..., q_k + 1): index 0 of an axis is "missed".
+
+    Raises:
+        ScenarioError: When there are too many hypotheses to tabulate.
+    """
+    if model.measures == "position":
+        return log_evidence(mean_m, covariance_m2, np.array(model.noise_m2), measurements_m)
+    kind, noise = model.measures, (model.range_sd_m, model.bearing_sd_rad)
+    table = polar_log_evidence(mean_m, covariance_m2, sensors_m, measurements_m, kind, *noise)
+    usual = false_alarm_log_density(model.detection_radius_m)
+    for axis, values in enumerate(measurements_m):
+        own = polar_false_alarm_log_density(values, kind, model.detection_radius_m)
+        table = table + along(np.append(0.0, usual - own), axis, table.ndim)
+    return table
 
 
 def target_vertex(knowledge: AssociationKnowledge, target: int, own_m: FloatArray, others_m: Measured) -> TargetVertex:

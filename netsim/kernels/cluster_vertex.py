@@ -114,7 +114,7 @@ def _edge(
     here = [next(sensor for sensor in covered.sensors if sensor in own.sensors) for covered in shared]
     there = [next(sensor for sensor in covered.sensors if sensor in other.sensors) for covered in shared]
     tables = tuple(
-        evidence(knowledge.model, covered, [measured[first], measured[second]])
+        evidence(knowledge.model, covered, [measured[first], measured[second]], (first, second))
         for covered, first, second in zip(shared, here, there, strict=True)
     )
     mine, theirs = _classes(here, measured), _classes(there, measured)

@@ -6,7 +6,7 @@ inferred.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -79,6 +79,12 @@ class AssociationParameters:
     `nearest` to its prior mean; `least_communication`: least sum over the other covering sensors of expected message bytes
     times hops; `least_energy`: of bytes times joules a byte over the route, its expected repetitions included;
     `load_balanced`: the fullest node has as few vertices as possible, and of such placements the one of least distance."""
+    measures: Literal["position", "range_bearing", "range", "bearing"] = "position"
+    """What a measurement is: a position, or range and bearing of the target from the sensor, or one of them."""
+    range_sd_m: Positive = 1.0
+    """Standard deviation of a measured range."""
+    bearing_sd_rad: Positive = 0.1
+    """Standard deviation of a measured bearing."""
     model: Literal["hybrid", "sensor", "target"] = "hybrid"
     """The graphical model. `hybrid`: a variable a sensor, and one for each target that three or more sensors cover;
     `sensor`: a variable a sensor, those that such targets join merged into one; `target`: a variable for each covered
@@ -156,11 +162,22 @@ class AssociationProblem:
         """True positions, and the origin of every measurement."""
         x_m, y_m = self.targets_m.T.tolist()
         events: list[Event] = [TruthTargets(list(range(len(x_m))), x_m, y_m)]
-        for node, points, origin in zip(
-            self.instance.sensor_nodes, self.instance.measurements_m, self.origins, strict=True
+        for sensor, (node, points, origin) in enumerate(
+            zip(self.instance.sensor_nodes, self.instance.measurements_m, self.origins, strict=True)
         ):
-            events.append(TruthOrigins(node, points[:, 0].tolist(), points[:, 1].tolist(), origin.tolist()))
+            x_m, y_m = self._shown(sensor, points).T.tolist() if len(points) else ([], [])
+            events.append(TruthOrigins(node, x_m, y_m, origin.tolist()))
         return events
+
+    def _shown(self, sensor: int, points: FloatArray) -> FloatArray:
+        """Where measurements stand in the trace: a range alone due east of the sensor, a bearing alone at its rim."""
+        model = self.instance.model
+        if model.measures == "position":
+            return points
+        range_m = points[:, 0] if model.measures != "bearing" else np.full(len(points), model.detection_radius_m)
+        bearing = points[:, -1] if model.measures != "range" else np.zeros(len(points))
+        away_m = range_m[:, None] * np.column_stack([np.cos(bearing), np.sin(bearing)])
+        return np.asarray(self.instance.sensors_m[sensor] + away_m)
 
     def placement_event(self) -> VariablePlacement:
         """Sensors' variables on their nodes, target vertices on one covering sensor each."""
@@ -249,18 +266,23 @@ def build(
         preferences=preferences,
         graph=parameters.model,
         cluster_hosts=_cluster_hosts(sensors_m, nodes, coverage, points) if parameters.model == "sensor" else (),
+        sensors_m=tuple((x, y) for x, y in sensors_m.tolist()) if parameters.measures != "position" else (),
     )
     return AssociationProblem(instance, targets_m, tuple(origin for _, origin in drawn))
 
 
 def _sensor_model(parameters: AssociationParameters) -> SensorModel:
     variance = parameters.noise_variance_per_coordinate_m2
+    polar: dict[str, Any] = {}
+    if parameters.measures != "position":
+        polar = {name: getattr(parameters, name) for name in ("measures", "range_sd_m", "bearing_sd_rad")}
     return SensorModel(
         noise_m2=((variance, 0.0), (0.0, variance)),
         detection_probability=parameters.detection_probability,
         false_alarm_probability=parameters.false_alarm_probability,
         false_alarms=parameters.false_alarms,
         detection_radius_m=parameters.detection_radius_m,
+        **polar,
     )
 
 
@@ -303,13 +325,18 @@ def _measure(
     chances, noise = rng.random(len(targets_m)), rng.standard_normal(targets_m.shape)
     alarm, radius, angle = rng.random(3)
     detected = np.flatnonzero(covered & (chances < parameters.detection_probability))
-    points = targets_m[detected] + np.sqrt(parameters.noise_variance_per_coordinate_m2) * noise[detected]
+    is_position = parameters.measures == "position"
+    deviation_m = np.sqrt(parameters.noise_variance_per_coordinate_m2) if is_position else 0.0
+    points = targets_m[detected] + deviation_m * noise[detected]
     origins = detected.astype(np.int64)
     if alarm < parameters.false_alarm_probability:
         offset = np.array([np.cos(2.0 * np.pi * angle), np.sin(2.0 * np.pi * angle)])
         points = np.vstack([points, sensor_m + parameters.detection_radius_m * np.sqrt(radius) * offset])
         origins = np.append(origins, -1)
     order = rng.permutation(len(origins))
+    if not is_position:
+        errors = np.vstack([noise[detected], np.zeros((len(origins) - len(detected), 2))])
+        return _polar(parameters, points - sensor_m, errors)[order], origins[order]
     return points[order], origins[order]
 
 
@@ -339,6 +366,15 @@ def _entries(parameters: AssociationParameters, covered: int) -> float:
     How many measurements there will be is not known when hosts are chosen; expected are its detections and false alarms.
     """
     return 1.0 + parameters.detection_probability * covered + parameters.false_alarm_probability
+
+
+def _polar(parameters: AssociationParameters, offsets_m: FloatArray, errors: FloatArray) -> FloatArray:
+    """Range and bearing of places seen from a sensor, with standard normal errors of the right size, or one of them."""
+    ranges_m = np.abs(np.hypot(offsets_m[:, 0], offsets_m[:, 1]) + parameters.range_sd_m * errors[:, 0])
+    bearings = np.arctan2(offsets_m[:, 1], offsets_m[:, 0]) + parameters.bearing_sd_rad * errors[:, 1]
+    wrapped = np.mod(bearings + np.pi, 2.0 * np.pi) - np.pi
+    columns = {"range_bearing": (ranges_m, wrapped), "range": (ranges_m,), "bearing": (wrapped,)}
+    return np.column_stack(columns[parameters.measures])
 
 
 def _cluster_hosts(
