@@ -4,9 +4,9 @@
     python tools/bench_association.py scale --side 5 10 20 40
 
 `reach` builds all vertices of a problem and passes messages for 15 rounds of max-product in one place, each problem in a
-process of its own, so that the peak of memory is its own. `scale` runs whole simulations on ideal links, from the drawing of
-the problem to the last event; the exact MAP, which a run computes for its metrics, is left out: its integer programme does not
-grow linearly. Times are processor time and differ from machine to machine; everything else is equal for equal seeds.
+process of its own, so that the peak of memory is its own. `scale` runs whole simulations on ideal links, from drawing
+the problem to the last event; the exact MAP, which a run computes for its metrics, is left out: the integer programme does
+not grow linearly. Times are processor time and differ from machine to machine; everything else is equal for equal seeds.
 """
 
 import argparse
