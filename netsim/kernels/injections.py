@@ -5,8 +5,9 @@ target, `u_r = a` for one that gave measurement `a - 1`, and no measurement used
 lexicographic. Which measurements one uses is a bit mask, bit `a - 1` for measurement `a - 1`.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import comb, factorial, prod
 
 import numpy as np
@@ -72,9 +73,7 @@ class Injections:
         order: Permutation that sorts the states by mask, stable.
         starts: Where each mask begins in that order, shape (m,).
         distinct: The m masks, ascending.
-        unions: For every mask S of used measurements (rows) and each of the m masks T (columns), the mask of both, or
-            2^q where they overlap; shape (2^q, m). None when there are more than `STORED_PAIRS`.
-        pairs: Its number of entries, kept or not.
+        pairs: How many pairs there are of a mask of used measurements and one of the m masks.
     """
 
     states: IntArray
@@ -85,8 +84,28 @@ class Injections:
     order: IntArray
     starts: IntArray
     distinct: IntArray
-    unions: IntArray | None
     pairs: int
+
+    @cached_property
+    def unions(self) -> IntArray | None:
+        """For each mask S (rows) and each of the m masks T (columns) the mask of both, 2^q where they overlap.
+
+        Shape (2^q, m); None when there are more than `STORED_PAIRS`.
+        """
+        size = self.pairs // len(self.distinct)
+        return _unions(np.arange(size), self.distinct, size) if self.pairs <= STORED_PAIRS else None
+
+    @cached_property
+    def disjoint(self) -> tuple[IntArray, IntArray, IntArray]:
+        """The few pairs that do not overlap, S ascending: the mask of both, which T, and where each S begins."""
+        both, which, lengths = [], [], []
+        for used in _blocks(self.pairs // len(self.distinct), len(self.distinct)):
+            row, column = np.nonzero((used[:, None] & self.distinct) == 0)
+            both.append(used[row] | self.distinct[column])
+            which.append(column)
+            lengths.append(np.bincount(row, minlength=len(used)))
+        starts = np.append(0, np.cumsum(np.concatenate(lengths))[:-1])
+        return np.concatenate(both), np.concatenate(which), starts
 
     def by_mask(self, weights: FloatArray, semiring: Semiring) -> FloatArray:
         """Combine log weights of the states that use the same measurements, shape (m,)."""
@@ -111,13 +130,20 @@ class Injections:
         Returns:
             The same with these targets among the absorbed ones, shape (2^q,).
         """
-        padded, by_mask = np.append(table, -np.inf), self.by_mask(weights, semiring)
-        if self.unions is not None:
-            return reduce(semiring, padded[self.unions] + by_mask, 1)
-        rows, size = max(1, _BLOCK_PAIRS // len(self.distinct)), len(table)
-        blocks = (np.arange(first, min(first + rows, size)) for first in range(0, size, rows))
+        by_mask = self.by_mask(weights, semiring)
+        if semiring is Semiring.MAX:
+            both, which, starts = self.disjoint
+            return np.asarray(np.maximum.reduceat(table[both] + by_mask[which], starts))
+        # A sum keeps the places of overlapping pairs: which terms it adds together decides its last digit.
+        padded, unions = np.append(table, -np.inf), self.unions
+        if unions is not None:
+            return reduce(semiring, padded[unions] + by_mask, 1)
+        size = len(table)
         return np.concatenate(
-            [reduce(semiring, padded[_unions(used, self.distinct, size)] + by_mask, 1) for used in blocks]
+            [
+                reduce(semiring, padded[_unions(used, self.distinct, size)] + by_mask, 1)
+                for used in _blocks(size, len(self.distinct))
+            ]
         )
 
     def on_grid(self, weights: FloatArray) -> FloatArray:
@@ -142,6 +168,12 @@ def _states(targets: int, measurements: int) -> IntArray:
     return states
 
 
+def _blocks(masks: int, columns: int) -> Iterator[IntArray]:
+    """All masks in blocks, so that a table of a block has some 2^18 entries."""
+    rows = max(1, _BLOCK_PAIRS // columns)
+    return (np.arange(first, min(first + rows, masks)) for first in range(0, masks, rows))
+
+
 def _unions(used: IntArray, masks: IntArray, none: int) -> IntArray:
     """For each pair the mask of both, `none` where they overlap; shape (used, masks)."""
     return np.where(used[:, None] & masks, none, used[:, None] | masks)
@@ -163,9 +195,7 @@ def injections(targets: int, measurements: int) -> Injections:
     grid = (measurements + 1,) * targets
     check_states(prod(grid), "the joint association of targets shared by two sensors")
     cells = states @ np.array([prod(grid[axis + 1 :]) for axis in range(targets)], dtype=np.int64)
-    unions = _unions(np.arange(1 << measurements), distinct, 1 << measurements) if pairs <= STORED_PAIRS else None
-    used = (states > 0).sum(axis=1)
-    made = Injections(states, masks, used, cells, grid, order, starts, distinct, unions, pairs)
-    for array in (states, masks, used, cells, order, starts, distinct, *(() if unions is None else (unions,))):
+    made = Injections(states, masks, (states > 0).sum(axis=1), cells, grid, order, starts, distinct, pairs)
+    for array in (made.states, made.masks, made.used, made.cells, made.order, made.starts, made.distinct):
         array.setflags(write=False)
     return made

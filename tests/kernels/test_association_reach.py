@@ -85,17 +85,22 @@ def test_a_contraction_row_by_row_is_that_of_the_whole_sum(shape, semiring_, mon
         assert found.tobytes() == whole.tobytes()
 
 
+@pytest.mark.parametrize(("targets", "measurements"), [(3, 7), (1, 5), (2, 0), (0, 3)])
 @pytest.mark.parametrize("semiring_", Semiring)
-def test_unions_made_block_by_block_change_no_bit(semiring_, monkeypatch):
+def test_neither_blocks_nor_leaving_out_what_overlaps_changes_a_bit(targets, measurements, semiring_, monkeypatch):
     rng = np.random.default_rng(4)
-    stored = injections.injections(3, 7)
-    table, weights = rng.normal(size=1 << 7), rng.normal(size=len(stored.states))
-    expected = stored.absorb(table, weights, semiring_)
+    stored = injections.injections.__wrapped__(targets, measurements)
+    table, weights = rng.normal(size=1 << measurements), rng.normal(size=len(stored.states))
+    table[rng.random(len(table)) < 0.2] = -np.inf
+    masks = np.arange(1 << measurements)[:, None]
+    padded = np.append(table, -np.inf)[np.where(masks & stored.distinct, len(table), masks | stored.distinct)]
+    expected = reduce(semiring_, padded + stored.by_mask(weights, semiring_), 1)
+    assert stored.absorb(table, weights, semiring_).tobytes() == expected.tobytes()
     monkeypatch.setattr(injections, "STORED_PAIRS", 0)
-    monkeypatch.setattr(injections, "_BLOCK_PAIRS", 1000)
-    bare = injections.injections.__wrapped__(3, 7)
+    monkeypatch.setattr(injections, "_BLOCK_PAIRS", 100)
+    bare = injections.injections.__wrapped__(targets, measurements)
     assert bare.unions is None
-    assert bare.pairs == stored.unions.size == stored.pairs
+    assert bare.pairs == padded.size
     assert bare.absorb(table, weights, semiring_).tobytes() == expected.tobytes()
 
 
