@@ -5,6 +5,7 @@ its messages are a forward and a backward pass over partial totals: no listing o
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class CountingVertex:
         behind = np.zeros(1)
         made = {}
         for neighbour, edge, message, likelihood in zip(self.neighbours, self._edges, messages, ahead, strict=True):
-            detections = _correlate(behind, likelihood, len(message), semiring)
+            detections = correlate(likelihood, behind, semiring)
             made[neighbour] = log_normalise(reduce(semiring, edge + detections[:, None], 0))
             behind = convolve(behind, message, semiring)
         return made
@@ -70,29 +71,42 @@ def convolve(first: FloatArray, second: FloatArray, semiring: Semiring) -> Float
 
     Args:
         first: Log weights of 0, 1, ... of the one, shape (m,).
-        second: Those of the other, shape (n,); quick where this is the shorter one.
+        second: Those of the other, shape (n,).
         semiring: How pairs with the same total are combined.
 
     Returns:
         Shape (m + n - 1,).
     """
-    shifted = np.full((len(second), len(first) + len(second) - 1), -np.inf)
-    for count, weight in enumerate(second):
-        shifted[count, count : count + len(first)] = first + weight
-    return reduce(semiring, shifted, 0)
+    none = np.full(len(second) - 1, -np.inf)
+    return correlate(np.concatenate([none, first, none]), second[::-1], semiring)
 
 
-def _correlate(first: FloatArray, likelihood: FloatArray, size: int, semiring: Semiring) -> FloatArray:
-    """For each count c below `size` the combination over t of first[t] + likelihood[t + c]; shape (size,)."""
-    windows = np.lib.stride_tricks.sliding_window_view(likelihood, len(first))[:size]
-    return reduce(semiring, windows + first, 1)
+def correlate(likelihood: FloatArray, message: FloatArray, semiring: Semiring) -> FloatArray:
+    """For each count c the combination over t of likelihood[c + t] + message[t].
+
+    Args:
+        likelihood: Log weights of a total, shape (m,).
+        message: Log weights of what is combined away, shape (n,), not longer.
+        semiring: How the totals are combined.
+
+    Returns:
+        Shape (m - n + 1,).
+    """
+    rows = _windows(len(likelihood) - len(message) + 1, len(message))
+    return reduce(semiring, likelihood[rows] + message, 1)
+
+
+@lru_cache(maxsize=1024)
+def _windows(size: int, width: int) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    """Indices of all windows of a width; the same few shapes come again in every round."""
+    rows: np.ndarray[tuple[int, int], np.dtype[np.int64]] = np.add.outer(np.arange(size), np.arange(width))
+    rows.setflags(write=False)
+    return rows
 
 
 def _likelihoods_ahead(messages: list[FloatArray], log_reading: FloatArray, semiring: Semiring) -> list[FloatArray]:
     """For each subregion the log likelihood of a total over it and those before it, those after it combined away."""
     ahead = [log_reading]
     for message in reversed(messages[1:]):
-        size = len(ahead[-1]) - len(message) + 1
-        windows = np.lib.stride_tricks.sliding_window_view(ahead[-1], len(message))[:size]
-        ahead.append(reduce(semiring, windows + message, 1))
+        ahead.append(correlate(ahead[-1], message, semiring))
     return ahead[::-1][: len(messages)]

@@ -6,7 +6,9 @@ from counting_oracle import exact, instance
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from netsim.errors import ScenarioError
 from netsim.kernels.central import run_synchronous
+from netsim.kernels.counting_exact import exact_counts
 from netsim.kernels.counting_model import hosted_vertices, instance_vertices
 from netsim.kernels.counting_vertex import CountingVertex, convolve
 from netsim.kernels.factor_vertices import FactorVertex
@@ -90,3 +92,17 @@ def test_instance_survives_json():
     assert again.readings.tolist() == problem.readings.tolist()
     assert again.model == problem.model
     assert again.sensor_nodes == problem.sensor_nodes
+
+
+@settings(max_examples=5, deadline=None)
+@given(readings=st.tuples(READING, READING, READING))
+def test_elimination_equals_listing_on_a_graph_with_cycles(readings):
+    problem = instance([(0, 1), (1, 2), (0, 1, 2)], readings, [(0, 1), (1, 2), (0, 1)])
+    for found, right in zip(exact_counts(problem), exact(problem), strict=True):
+        np.testing.assert_allclose(found, right, rtol=1e-10, atol=1e-10)
+
+
+def test_sensor_that_covers_too_much_is_refused_with_its_size():
+    problem = instance([(0,)] * 14, [3.0])
+    with pytest.raises(ScenarioError, match=r"sensor 0 needs a table of [\d,]+ entries"):
+        exact_counts(problem)
