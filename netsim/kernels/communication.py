@@ -294,7 +294,11 @@ class VertexSender:
         """The messages, computed anew only if one of those they come from is another than last time."""
         same = len(incoming) == len(self._seen) and all(self._seen.get(k) is each for k, each in incoming.items())
         if self._computed is None or not same or self._semiring is not semiring:
-            self._computed, self._semiring, self._seen = self.vertex.outgoing(incoming, semiring), semiring, dict(incoming)
+            self._computed, self._semiring, self._seen = (
+                self.vertex.outgoing(incoming, semiring),
+                semiring,
+                dict(incoming),
+            )
         return self._computed
 
     def _view(self, other: int, incoming: Incoming, tolerance: float | None) -> View:
