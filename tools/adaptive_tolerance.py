@@ -1,10 +1,11 @@
 """Scores the adaptive tolerance against the best fixed one in hindsight: python tools/adaptive_tolerance.py --help.
 
-Data association of Chen et al. 2006, section VI-A, at several densities, noise levels and frame-loss rates; drawn prior means,
-variances as totals, `first_round: init`, 15 rounds. For each cell the hindsight tolerance is the largest whose mean error is at
-most one standard error above max-product's, chosen on the problems of one seed; then it, max-product and the adaptive rule run
-on the problems of another. Links are ideal but for losing each frame with the given probability; the messages of one node to
-another in one round are one frame. The measurements are known where they are needed.
+Data association of Chen et al. 2006, section VI-A, at several densities, noise levels and frame-loss rates; drawn prior
+means, variances as totals, `first_round: init`, 15 rounds. For each cell the hindsight tolerance is the largest whose mean
+error is at most one standard error above max-product's, chosen on the problems of one seed; then it, max-product and the
+adaptive rule run on the problems of another. Links are ideal but for losing each frame with the given probability; the
+messages of one node to another in one round are one frame. The measurements are known where they are needed. A problem
+that is refused for its size (two sensors that share very many targets) is left out, for all rules alike.
 """
 
 import argparse
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from netsim.errors import ScenarioError
 from netsim.kernels.adaptive_tolerance import AdaptiveTolerance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.central import run_synchronous
@@ -87,11 +89,17 @@ def problem(targets: int, noise: float, streams: Streams) -> AssociationProblem:
     return build(parameters, SENSORS_M, range(len(SENSORS_M)), streams)
 
 
-def scores(targets: int, noise: float, rules: Sequence[CommunicationRule], seed: int, repetition: int) -> Scores:
-    """Error and messages per sensor of each rule at each loss, shape (losses, rules, 2); all meet the same lost frames."""
+def scores(targets: int, noise: float, rules: Sequence[CommunicationRule], seed: int, repetition: int) -> Scores | None:
+    """Error and messages per sensor of each rule at each loss, shape (losses, rules, 2); all meet the same lost frames.
+
+    None for a problem that is refused for its size.
+    """
     streams = Streams(seed, repetition)
     drawn = problem(targets, noise, streams)
-    vertices = {vertex.id: vertex for vertex in instance_vertices(drawn.instance)}
+    try:
+        vertices = {vertex.id: vertex for vertex in instance_vertices(drawn.instance)}
+    except ScenarioError:
+        return None
     named = ((drawn.instance.target_vertex_id(t), host) for t, host in enumerate(drawn.instance.hosts))
     hosts = {v: v for v in range(len(SENSORS_M))} | {v: h for v, h in named if v is not None and h is not None}
     chances = streams.generator("loss").random((ROUNDS + 1, len(SENSORS_M), len(SENSORS_M)))
@@ -99,7 +107,12 @@ def scores(targets: int, noise: float, rules: Sequence[CommunicationRule], seed:
     for (row, loss), (column, rule) in product(enumerate(LOSS), enumerate(rules)):
         lost = partial(_is_lost, chances, hosts, loss)
         result = run_synchronous(
-            vertices.values(), Semiring.MAX, ROUNDS, rule, stop_when_converged=loss == 0.0 and not rule.sends_always, lost=lost
+            vertices.values(),
+            Semiring.MAX,
+            ROUNDS,
+            rule,
+            stop_when_converged=loss == 0.0 and not rule.sends_always,
+            lost=lost,
         )
         wrong = total = 0
         for sensor, origin in enumerate(drawn.origins):
@@ -116,14 +129,17 @@ def _is_lost(chances: Scores, hosts: dict[int, int], loss: float, number: int, s
     return here != there and bool(chances[number, here, there] < loss)
 
 
-def sweep(rules: Sequence[CommunicationRule], seed: int, repetitions: int, jobs: int) -> dict[tuple[int, float], Scores]:
+def sweep(
+    rules: Sequence[CommunicationRule], seed: int, repetitions: int, jobs: int
+) -> dict[tuple[int, float], Scores]:
     """All problems under all rules: for each density and noise an array (repetitions, losses, rules, 2)."""
     found = {}
     with ProcessPoolExecutor(jobs) as pool:
         for targets, noise in product(TARGETS, NOISE):
             trial = partial(scores, targets, noise, rules, seed)
-            found[targets, noise] = np.array(list(pool.map(trial, range(repetitions))))
-            print(f"seed {seed}: {targets} targets, noise {noise:g}", file=sys.stderr)
+            tables = [table for table in pool.map(trial, range(repetitions)) if table is not None]
+            found[targets, noise] = np.array(tables)
+            print(f"seed {seed}: {targets} targets, noise {noise:g}: {len(tables)} problems", file=sys.stderr)
     return found
 
 
@@ -180,8 +196,8 @@ def table_of(verdicts: Sequence[Verdict]) -> list[list[str]]:
         tolerance = "none" if each.tolerance is None else f"{each.tolerance:g}"
         marks = ["yes" if good else "NO" for good in each.passes]
         errors, counts = [f"{value:.3f}" for value in each.error], [f"{value:.1f}" for value in each.messages]
-        rows.append([str(targets), f"{noise:g}", f"{loss:g}", tolerance, errors[0], f"{each.standard_error:.3f}", *errors[1:],
-                     f"{each.excess:+.2f}", *counts, f"{each.ratio:.2f}", *marks])  # fmt: skip
+        rows.append([str(targets), f"{noise:g}", f"{loss:g}", tolerance, errors[0], f"{each.standard_error:.3f}",
+                     *errors[1:], f"{each.excess:+.2f}", *counts, f"{each.ratio:.2f}", *marks])  # fmt: skip
     return rows
 
 
@@ -217,8 +233,12 @@ def draw(verdicts: Sequence[Verdict], path: Path) -> None:
 def main() -> None:
     """Run, print the table, write it and its picture."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--repetitions", type=int, default=50, help="problems a cell, for choosing and for scoring each")
-    parser.add_argument("--choose-seed", type=int, default=101, help="of the problems the hindsight tolerance is chosen on")
+    parser.add_argument(
+        "--repetitions", type=int, default=50, help="problems a cell, for choosing and for scoring each"
+    )
+    parser.add_argument(
+        "--choose-seed", type=int, default=101, help="of the problems the hindsight tolerance is chosen on"
+    )
     parser.add_argument("--score-seed", type=int, default=202, help="of the problems that are scored")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--out", type=Path, default=Path("adaptive"), help="stem of the .csv and .png written")

@@ -3,11 +3,13 @@
 Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006), section 5.
 """
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, Lt
 
 from netsim.codec import Precision
+from netsim.kernels.adaptive_tolerance import AdaptiveTolerance
 from netsim.kernels.communication import CommunicationRule
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
 from netsim.protocols.exchange import Manner
@@ -73,6 +75,10 @@ class MessagePassingParameters:
     """`rehost`: how many messages in a row must fail, or notices be missing, until a node is believed dead."""
     damping: Damping = 0.0
     """Weight of a vertex's previous message in its next one, in the log domain; 0 is the plain update."""
+    messages_per_round: PositiveInt | None = None
+    """Most messages that a vertex sends in a round after the start round: those that changed most since they were last sent
+    (residual scheduling; Elidan, McGraw, Koller 2006). The others wait, and go when they are the most changed. Null for no
+    limit."""
 
     def __post_init__(self) -> None:
         """A message must be on its way before the next round begins."""
@@ -102,8 +108,11 @@ class MessagePassingParameters:
 class CommunicationSensitiveParameters(MessagePassingParameters):
     """Communication-sensitive message passing (Chen et al. 2006, section 5): a message that tells too little is kept."""
 
-    tolerance: NonNegative = 0.1
-    """A message is sent when its Kullback-Leibler divergence (eq 19) exceeds this."""
+    tolerance: NonNegative | Literal["adaptive"] = 0.1
+    """A message is sent when its Kullback-Leibler divergence (eq 19) exceeds this. `adaptive`: no tolerance to choose; a
+    message is sent when it would change what its receiver believes, as far as its sender can tell, the more so if it
+    changes the receiver's best state; where start messages were lost, the last message of an edge is repeated. `log_base`,
+    `support` and `compare_with` then have no meaning; with the asynchronous schedule nothing is repeated."""
     tolerance_when_short: NonNegative | None = None
     """Replaces `tolerance` in rounds in which the node's energy allowance is used up (`budget` of its group, with the
     policy `warn`: with `refuse` it could send nothing); null for no difference."""
@@ -167,18 +176,36 @@ def takes_back(parameters: MessagePassingParameters) -> bool:
 
 
 def rule_of(parameters: MessagePassingParameters) -> CommunicationRule:
-    """The rule that selects messages."""
+    """The rule that selects messages.
+
+    Raises:
+        ScenarioError: When its settings exclude one another.
+    """
+    common = CommunicationRule(damping=parameters.damping, messages_per_round=parameters.messages_per_round)
     if isinstance(parameters, CommunicationSensitiveParameters):
-        return CommunicationRule(
-            tolerance=parameters.tolerance,
-            first_round=parameters.first_round,
-            log_base=parameters.log_base,
-            support=parameters.support,
-            compare_with=parameters.compare_with,
-            damping=parameters.damping,
-        )
+        return _sensitive(parameters, common)
     if (
         parameters.schedule == "asynchronous"
     ):  # without rounds, an unchanged message must not wake its receiver for ever
-        return CommunicationRule(tolerance=SETTLED, damping=parameters.damping)
-    return CommunicationRule(damping=parameters.damping)
+        return replace(common, tolerance=SETTLED)
+    return common
+
+
+def _sensitive(parameters: CommunicationSensitiveParameters, common: CommunicationRule) -> CommunicationRule:
+    if parameters.tolerance == "adaptive":
+        return replace(common, first_round=parameters.first_round, adaptive=_adaptive(parameters))
+    return replace(
+        common,
+        tolerance=parameters.tolerance,
+        first_round=parameters.first_round,
+        log_base=parameters.log_base,
+        support=parameters.support,
+        compare_with=parameters.compare_with,
+    )
+
+
+def _adaptive(parameters: CommunicationSensitiveParameters) -> AdaptiveTolerance:
+    """Without rounds a node that hears nothing computes nothing: what it put off or would repeat, it would never send."""
+    if parameters.schedule == "asynchronous":
+        return AdaptiveTolerance(first=1.0, most_repeats=0)
+    return AdaptiveTolerance()

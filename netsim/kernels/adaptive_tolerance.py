@@ -48,6 +48,7 @@ class AdaptiveTolerance:
         decay: Factor of the tolerance from round to round until it is `settled`, in (0, 1).
         lost_share: Repeats are made until at most this share of messages should be lost, in (0, 1).
         rumoured_loss: Frame loss assumed by a vertex that missed no start message but heard a repeated one, in (0, 1).
+        most_repeats: However great the loss, no more repeats than this; 0 for none at all.
     """
 
     settled: float = 0.1
@@ -56,6 +57,7 @@ class AdaptiveTolerance:
     decay: float = 0.5
     lost_share: float = 0.02
     rumoured_loss: float = 0.1
+    most_repeats: int = 5
 
     def __post_init__(self) -> None:
         shares = self.decay, self.lost_share, self.rumoured_loss
@@ -77,10 +79,13 @@ class AdaptiveTolerance:
         return 1 + ceil(log(self.first) / -log(self.decay) - 1e-9)
 
     def repeats(self, loss: float) -> int:
-        """How often a message is repeated at a frame loss in [0, 1): until loss^(1 + repeats) <= `lost_share`."""
+        """How often a message is repeated at a frame loss in [0, 1): until loss^(1 + repeats) <= `lost_share`.
+
+        But no more often than `most_repeats`.
+        """
         if loss <= 0.0:
             return 0
-        return max(0, ceil(log(self.lost_share) / log(loss) - 1e-9) - 1)
+        return min(self.most_repeats, max(0, ceil(log(self.lost_share) / log(loss) - 1e-9) - 1))
 
     def change(self, new_log: FloatArray, old_log: FloatArray, elsewhere_log: FloatArray) -> float:
         """How much a new message would change what its receiver believes.
