@@ -8,10 +8,12 @@ import numpy as np
 from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.codec import FloatWidth, Precision, decode_floats, encode_floats, float_width
 from netsim.errors import AlgorithmError
+from netsim.kernels import counting_model
+from netsim.kernels.association_graph import model_vertices
 from netsim.kernels.association_model import AssociationKnowledge
-from netsim.kernels.association_vertices import hosted_vertices
 from netsim.kernels.graph_model import GraphKnowledge
 from netsim.kernels.semiring import FloatArray
+from netsim.kernels.target_distribution import DistributionKnowledge
 from netsim.kernels.vertex import Vertex
 from netsim.protocols.exchange import Manner, exchange
 
@@ -70,15 +72,29 @@ def prepare(
     knowledge = node.knowledge
     if isinstance(knowledge, AssociationKnowledge):
         own, others = yield from _measure(node, knowledge, float_width(width), deadline_ns, attempts, manner)
-        sensor, targets = hosted_vertices(knowledge, own, others)
-        return Hosting((sensor, *targets), dict(knowledge.hosts), Measurements(knowledge, own, others))
+        vertices = tuple(model_vertices(knowledge, own, others))
+        return Hosting(vertices, dict(knowledge.hosts), Measurements(knowledge, own, others))
+    if isinstance(knowledge, DistributionKnowledge):
+        reading = yield from _read(node)
+        yield from node.pause_until(deadline_ns)
+        return Hosting(counting_model.hosted_vertices(knowledge, reading), dict(knowledge.hosts))
     yield from node.pause_until(deadline_ns)
     if isinstance(knowledge, GraphKnowledge):
         return Hosting(knowledge.vertices, dict(knowledge.hosts))
     if knowledge is None:
         return Hosting((), {})
-    message = f"message passing needs an association or factor-graph problem, not {type(knowledge).__name__}"
+    needed = "an association, target-distribution or factor-graph problem"
+    message = f"message passing needs {needed}, not {type(knowledge).__name__}"
     raise AlgorithmError(message)
+
+
+def _read(node: NodeHandle) -> Op[float | None]:
+    """The sensor's count; None where the sensor gives none, or the node's energy allowance refuses the reading."""
+    try:
+        observation = yield from node.sense()
+    except NoEnergyError:
+        return None
+    return float(observation.values[0]) if observation.values.size else None
 
 
 def _measure(

@@ -16,6 +16,7 @@ divergences by which the rule selects, encoding and decoding, the decisions and 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
+from netsim.algorithms.association_report import check_hybrid, report_associations
 from netsim.algorithms.entries import EdgeMessage, decode_entries, encode_entries, is_due
 from netsim.algorithms.hosted import Hosted
 from netsim.algorithms.hosting import prepare
@@ -64,6 +65,7 @@ class MessagePassing:
         else:
             yield from life.whenever(start_ns)
         life.conclude()
+        yield from report_associations(node, hosted, parameters, self._semiring)
 
 
 class _Life:
@@ -88,6 +90,7 @@ class _Life:
         self._quiet: Quietness | None = None
         self._rehosting: Rehosting | None = None
         if parameters.rehost and hosted.hosting.measured is not None:
+            check_hybrid(hosted.hosting.measured.knowledge)
             self._rehosting = Rehosting(node, hosted, parameters, hosted.hosting.measured)
 
     def rounds(self, start_ns: int) -> Op[None]:

@@ -25,7 +25,7 @@ from netsim.errors import ScenarioError
 from netsim.kernels.semiring import Semiring
 from netsim.parameters import parameters
 
-GRAPHICAL = ("association", "factor-graph")
+GRAPHICAL = ("association", "factor-graph", "target-distribution")
 """Problems with a graphical model."""
 
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"

@@ -9,6 +9,7 @@ from netsim.algorithms.message_passing_parameters import MessagePassingParameter
 from netsim.api import NodeHandle
 from netsim.kernels.communication import RoundOutput
 from netsim.kernels.factor_vertices import FactorVertex
+from netsim.kernels.listed_vertex import ListedVertex
 from netsim.kernels.semiring import FloatArray, Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.kernels.vertex import Vertex
@@ -71,7 +72,7 @@ class Reports:
                 self._node.record(Association(self._node.id, decision.tolist(), number))
                 if number == self._parameters.rounds:
                     self._origins(vertex, incoming)
-            elif not isinstance(vertex, FactorVertex):
+            elif not isinstance(vertex, FactorVertex | ListedVertex):
                 belief = np.exp(vertex.belief(incoming, self._semiring))
                 is_max = int(self._semiring is Semiring.MAX)
                 self._node.record(Marginals(self._node.id, vertex_id, belief, number, is_max))

@@ -54,6 +54,10 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
             yield "  of the exact MAP", _percent(figures["association_error_exact_map"])
             yield "  decided otherwise than the exact MAP", _percent(figures["association_differs_from_exact_map"])
         yield "  deciding alone", _percent(figures["association_error_independent"])
+    if "count_error" in figures:
+        yield f"error of target counts, {figures['subregions']} subregions", _percent(figures["count_error"])
+        yield "  subregions with a wrong count", _percent(figures["count_error_wrong"])
+        yield "  error of the prior alone", _percent(figures["count_error_prior"])
     if "marginals" in figures:
         yield "largest error of a marginal", _number(figures["marginal_error_linf"])
         yield "mean divergence from the exact marginals (nat)", _number(figures["marginal_error_kl_nat"])

@@ -5,16 +5,19 @@ Targets are numbered 0 .. M-1; target t has a vertex of its own, N + t, when thr
 """
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from netsim.kernels.semiring import FloatArray
+from netsim.kernels.spanning_trees import components
 
 FalseAlarms = Literal["strict", "geometric"]
+GraphForm = Literal["hybrid", "sensor", "target"]
+"""Which graphical model the nodes use (Chen et al. 2006, sections 3.2.1 to 3.2.3)."""
 Matrix2 = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -62,6 +65,21 @@ class CoveredTarget:
 
 
 @dataclass(frozen=True, slots=True)
+class Cluster:
+    """Sensors whose associations are one variable of the sensor-oriented model.
+
+    Attributes:
+        vertex: Id of its vertex: the lowest of its sensors.
+        sensors: Its sensors, ascending.
+        host: Node that hosts the vertex.
+    """
+
+    vertex: int
+    sensors: tuple[int, ...]
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
 class AssociationKnowledge:
     """What one sensor node legitimately knows in an organised network, before anything is measured.
 
@@ -72,6 +90,10 @@ class AssociationKnowledge:
         sensor_nodes: Node of each sensor it shares a target with, and its own.
         covered: How many targets each of those sensors covers.
         model: How all sensors see.
+        graph: Which graphical model is used.
+        wider: Targets that its sensor does not cover but the vertices it hosts or their neighbours are about, ascending.
+        clusters: Sensor-oriented model: its sensor's cluster, and if the node hosts that, those which share a target with
+            it, ascending.
     """
 
     node: int
@@ -80,10 +102,17 @@ class AssociationKnowledge:
     sensor_nodes: Mapping[int, int]
     covered: Mapping[int, int]
     model: SensorModel
+    graph: GraphForm = "hybrid"
+    wider: tuple[CoveredTarget, ...] = ()
+    clusters: tuple[Cluster, ...] = ()
 
     @property
     def partners(self) -> tuple[int, ...]:
-        """Sensors it shares a target with, ascending: it needs their measurements, and they need its own."""
+        """Sensors with which it exchanges measurements, ascending: those it shares a target with.
+
+        In the sensor-oriented model those whose measurements its cluster needs, if it hosts one, and the hosts that need its
+        own.
+        """
         return tuple(sorted(set(self.sensor_nodes) - {self.sensor}))
 
     @property
@@ -94,8 +123,11 @@ class AssociationKnowledge:
     @property
     def hosts(self) -> dict[int, int]:
         """Node of every vertex that a vertex hosted here exchanges messages with, and of those hosted here."""
-        places = dict(self.sensor_nodes)
-        places.update({c.vertex: c.host for c in self.targets if c.vertex is not None and c.host is not None})
+        if self.graph == "sensor":
+            return {cluster.vertex: cluster.host for cluster in self.clusters}
+        places = dict(self.sensor_nodes) if self.graph == "hybrid" else {}
+        every = (*self.targets, *self.wider)
+        places.update({c.vertex: c.host for c in every if c.vertex is not None and c.host is not None})
         return places
 
 
@@ -109,10 +141,12 @@ class AssociationInstance:
         means_m: Prior means of the targets, shape (M, 2).
         covariances_m2: Their prior covariances, shape (M, 2, 2).
         coverage: For each target the sensors that cover it, ascending.
-        hosts: For each target the node that hosts its vertex; None when fewer than three sensors cover it.
+        hosts: For each target the node that hosts its vertex; None where it has none.
         model: How the sensors see.
         preferences: For each target the nodes that can host its vertex, in order of preference, the host first; empty
             (as in instances written before there was a choice) for the host, then the others by node id.
+        graph: Which graphical model the nodes use.
+        cluster_hosts: Sensor-oriented model: for each sensor the node that hosts the vertex of its cluster.
     """
 
     sensor_nodes: tuple[int, ...]
@@ -123,6 +157,8 @@ class AssociationInstance:
     hosts: tuple[int | None, ...]
     model: SensorModel
     preferences: tuple[tuple[int, ...], ...] = ()
+    graph: GraphForm = "hybrid"
+    cluster_hosts: tuple[int, ...] = ()
 
     @cached_property
     def targets_of(self) -> tuple[tuple[int, ...], ...]:
@@ -135,12 +171,71 @@ class AssociationInstance:
 
     def target_vertex_id(self, target: int) -> int | None:
         """Id of a target's vertex, None when it has none."""
-        return len(self.sensor_nodes) + target if len(self.coverage[target]) >= 3 else None
+        least = {"hybrid": 3, "target": 1, "sensor": np.inf}[self.graph]
+        return len(self.sensor_nodes) + target if len(self.coverage[target]) >= least else None
+
+    def as_hybrid(self) -> "AssociationInstance":
+        """The same problem in the sensor-target hybrid model; target vertices that had no host get a covering sensor's."""
+        if self.graph == "hybrid":
+            return self
+        hosts = tuple(
+            None if len(sensors) < 3 else self.sensor_nodes[sensors[0]] if host is None else host
+            for host, sensors in zip(self.hosts, self.coverage, strict=True)
+        )
+        return replace(self, graph="hybrid", hosts=hosts, cluster_hosts=())
+
+    @cached_property
+    def clusters(self) -> tuple[Cluster, ...]:
+        """Clusters of the sensor-oriented model, ascending by vertex."""
+        groups = clustered(len(self.sensor_nodes), self.coverage)
+        return tuple(Cluster(sensors[0], sensors, self.cluster_hosts[sensors[0]]) for sensors in groups)
+
+    def _neighbouring(self, cluster: Cluster) -> tuple[Cluster, ...]:
+        """Other clusters that share a target with this one, ascending."""
+        near = {other for sensor in cluster.sensors for other in self._sharing(sensor)}
+        return tuple(other for other in self.clusters if other is not cluster and near & set(other.sensors))
+
+    def _sharing(self, sensor: int) -> set[int]:
+        """Sensors that share a target with one, and itself."""
+        return {sensor, *(other for target in self.targets_of[sensor] for other in self.coverage[target])}
+
+    def _needed(self, cluster: Cluster) -> set[int]:
+        """Sensors whose measurements the potentials of a cluster are made of."""
+        return {other for sensor in cluster.sensors for other in self._sharing(sensor)}
+
+    def _known_clusters(self, sensor: int) -> tuple[Cluster, ...]:
+        own = next(cluster for cluster in self.clusters if sensor in cluster.sensors)
+        near = self._neighbouring(own) if own.host == self.sensor_nodes[sensor] else ()
+        return tuple(sorted((own, *near), key=lambda cluster: cluster.vertex))
+
+    def _partners(self, sensor: int) -> set[int]:
+        """Itself and the sensors with which a sensor's node exchanges measurements."""
+        if self.graph != "sensor":
+            return self._sharing(sensor)
+        found = {sensor}
+        for cluster in self.clusters:
+            host, needed = self.sensor_nodes.index(cluster.host), self._needed(cluster)
+            if host == sensor:
+                found |= needed
+            elif sensor in needed:
+                found.add(host)
+        return found
+
+    def _wider(self, sensor: int) -> set[int]:
+        """Targets that a sensor does not cover, but its node must know of."""
+        node, own = self.sensor_nodes[sensor], self.targets_of[sensor]
+        if self.graph == "target":
+            near = {s for target in own if self.hosts[target] == node for s in self.coverage[target]}
+        elif self.graph == "sensor":
+            near = {s for cluster in self.clusters if cluster.host == node for s in cluster.sensors}
+        else:
+            near = set()
+        return {target for other in near for target in self.targets_of[other]} - set(own)
 
     def knowledge(self, sensor: int) -> AssociationKnowledge:
         """What the node of one sensor knows."""
         targets = self.targets_of[sensor]
-        shared = sorted({sensor, *(other for target in targets for other in self.coverage[target])})
+        shared = sorted(self._partners(sensor))
         return AssociationKnowledge(
             node=self.sensor_nodes[sensor],
             sensor=sensor,
@@ -148,6 +243,9 @@ class AssociationInstance:
             sensor_nodes={other: self.sensor_nodes[other] for other in shared},
             covered={other: len(self.targets_of[other]) for other in shared},
             model=self.model,
+            graph=self.graph,
+            wider=tuple(self._covered_target(target) for target in sorted(self._wider(sensor))),
+            clusters=self._known_clusters(sensor) if self.graph == "sensor" else (),
         )
 
     def _covered_target(self, target: int) -> CoveredTarget:
@@ -190,6 +288,8 @@ class AssociationInstance:
                 "detection_radius_m": model.detection_radius_m,
             },
         }
+        if self.graph != "hybrid":
+            content.update(graph=self.graph, cluster_hosts=self.cluster_hosts)
         return json.dumps(content, allow_nan=False)
 
     @staticmethod
@@ -207,4 +307,20 @@ class AssociationInstance:
             hosts=tuple(content["hosts"]),
             model=SensorModel(noise_m2=((xx, xy), (yx, yy)), **model),
             preferences=tuple(map(tuple, content.get("preferences", ()))),
+            graph=content.get("graph", "hybrid"),
+            cluster_hosts=tuple(content.get("cluster_hosts", ())),
         )
+
+
+def clustered(sensors: int, coverage: Sequence[Sequence[int]]) -> tuple[tuple[int, ...], ...]:
+    """Sensors of the sensor-oriented model that become one variable: those joined by targets that three or more cover.
+
+    Args:
+        sensors: How many there are.
+        coverage: For each target the sensors that cover it.
+
+    Returns:
+        Each sensor in one cluster; clusters ascending by their lowest sensor, members ascending.
+    """
+    edges = [(covering[0], other) for covering in coverage if len(covering) >= 3 for other in covering[1:]]
+    return components(range(sensors), edges)

@@ -9,7 +9,7 @@ import numpy as np
 
 from netsim.kernels.association_likelihood import false_alarm_log_density, log_evidence
 from netsim.kernels.association_model import AssociationInstance, AssociationKnowledge, CoveredTarget, SensorModel
-from netsim.kernels.injections import check_states, count_injections, injections, left_over
+from netsim.kernels.injections import count_injections, injections, left_over
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.sensor_vertex import SensorVertex, SharedEvidence, TargetGroup
 from netsim.kernels.target_vertex import TargetVertex
@@ -87,17 +87,14 @@ def _shared_group(
         return TargetGroup(targets, neighbour, here, local, None, np.full(len(here.states), states))
     there = injections(len(members), len(measured[neighbour]))
     points = [measured[knowledge.sensor], measured[neighbour]]
-    most = max(here.grid[0], there.grid[0]) ** (len(members) + 1)
-    check_states(most, f"the compatibility of two sensors that share {len(members)} targets")
-    edge = SharedEvidence(tuple(_evidence(knowledge.model, covered, points) for covered in members), there)
+    edge = SharedEvidence(tuple(evidence(knowledge.model, covered, points) for covered in members), there)
     counts = _counts(knowledge.covered[neighbour] - len(members), len(measured[neighbour]))
     return TargetGroup(targets, neighbour, here, local, edge, counts[there.used])
 
 
 def _exclusive_group(knowledge: AssociationKnowledge, own_m: FloatArray, covered: CoveredTarget) -> TargetGroup:
     here = injections(1, len(own_m))
-    evidence = _evidence(knowledge.model, covered, [own_m])
-    local = detection_log_weights(knowledge.model, 1)[here.used] + evidence
+    local = detection_log_weights(knowledge.model, 1)[here.used] + evidence(knowledge.model, covered, [own_m])
     return TargetGroup((covered.target,), None, here, local, None, np.zeros(0))
 
 
@@ -111,7 +108,8 @@ def _target_states(knowledge: AssociationKnowledge, measured: Measured, covered:
     return float(np.prod([len(measured[sensor]) + 1.0 for sensor in covered.sensors if sensor != knowledge.sensor]))
 
 
-def _evidence(model: SensorModel, covered: CoveredTarget, measurements_m: Sequence[FloatArray]) -> FloatArray:
+def evidence(model: SensorModel, covered: CoveredTarget, measurements_m: Sequence[FloatArray]) -> FloatArray:
+    """Log evidence of every joint hypothesis about a target, one axis a sensor (see `log_evidence`)."""
     mean_m, covariance_m2 = np.array(covered.mean_m), np.array(covered.covariance_m2)
     return log_evidence(mean_m, covariance_m2, np.array(model.noise_m2), measurements_m)
 
@@ -130,7 +128,7 @@ def target_vertex(knowledge: AssociationKnowledge, target: int, own_m: FloatArra
     """
     covered = next(each for each in knowledge.targets if each.target == target and each.vertex is not None)
     measured = {**others_m, knowledge.sensor: own_m}
-    table = _evidence(knowledge.model, covered, [measured[sensor] for sensor in covered.sensors])
+    table = evidence(knowledge.model, covered, [measured[sensor] for sensor in covered.sensors])
     multiplicities = {}
     for sensor in covered.sensors:
         used = np.minimum(np.arange(len(measured[sensor]) + 1), 1)
@@ -147,7 +145,8 @@ def hosted_vertices(
 
 
 def instance_vertices(instance: AssociationInstance) -> list[Vertex]:
-    """All the vertices of a problem, ascending, built node by node as the nodes themselves would."""
+    """All the vertices of a problem's hybrid model, ascending, built node by node as the nodes themselves would."""
+    instance = instance.as_hybrid()
     made: list[Vertex] = []
     for sensor, own_m in enumerate(instance.measurements_m):
         knowledge = instance.knowledge(sensor)

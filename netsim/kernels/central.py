@@ -1,6 +1,6 @@
 """Message passing in one place, in synchronous rounds: the reference that a distributed run must equal bit for bit."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from netsim.kernels.communication import CommunicationRule, RoundOutput, VertexSender
@@ -56,6 +56,7 @@ def run_synchronous(
     *,
     settled: float = 1e-12,
     stop_when_converged: bool = True,
+    lost: Callable[[int, int, int], bool] | None = None,
 ) -> Result:
     """Pass messages in synchronous rounds: each round computes from what was received before it.
 
@@ -66,6 +67,7 @@ def run_synchronous(
         rule: Which messages are sent; None is the standard algorithm, which sends all.
         settled: Without a tolerance: largest divergence of a message from its predecessor that counts as no change.
         stop_when_converged: Whether to end there.
+        lost: Whether a message of a round from one vertex to another is lost on the way; None for no loss.
 
     Raises:
         ScenarioError: When the model contradicts itself.
@@ -74,13 +76,13 @@ def run_synchronous(
     senders = {vertex.id: VertexSender(vertex, rule) for vertex in sorted(vertices, key=lambda vertex: vertex.id)}
     incoming: dict[int, dict[int, FloatArray]] = {vertex: {} for vertex in senders}
     outputs = {vertex: sender.start() for vertex, sender in senders.items()}
-    counts = [_deliver(outputs, incoming, 0)]
+    counts = [_deliver(outputs, incoming, 0, lost)]
     converged = None
     for number in range(1, rounds + 1):
         outputs = {vertex: sender.step(incoming[vertex], semiring) for vertex, sender in senders.items()}
-        counts.append(_deliver(outputs, incoming, number))
-        quiet = counts[-1].largest_change <= settled if rule.tolerance is None else not counts[-1].sent
-        if converged is None and quiet:
+        counts.append(_deliver(outputs, incoming, number, lost))
+        quiet = counts[-1].largest_change <= settled if rule.sends_always else not counts[-1].sent
+        if converged is None and quiet and number >= rule.first_quiet_round:
             converged = number
         if converged is not None and stop_when_converged:
             break
@@ -89,11 +91,16 @@ def run_synchronous(
 
 
 def _deliver(
-    outputs: Mapping[int, RoundOutput], incoming: Mapping[int, dict[int, FloatArray]], number: int
+    outputs: Mapping[int, RoundOutput],
+    incoming: Mapping[int, dict[int, FloatArray]],
+    number: int,
+    lost: Callable[[int, int, int], bool] | None,
 ) -> RoundCount:
     """Put what was sent into the receivers' hands and count it."""
     for source, output in outputs.items():
         for destination, message in output.sent.items():
+            if lost is not None and lost(number, source, destination):
+                continue
             incoming[destination][source] = message
     return RoundCount(
         number,

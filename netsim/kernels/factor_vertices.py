@@ -66,6 +66,10 @@ class VariableVertex:
         """Ones: what a factor receives is indexed by the states of the variable."""
         return np.ones(self._states)
 
+    def shares_states(self, neighbour: int) -> bool:
+        """Yes: messages both ways are indexed by the states of the variable."""
+        return True
+
     def operations(self) -> int:
         """Four passes over the incoming messages."""
         return 4 * self._states * len(self.neighbours)
@@ -123,6 +127,10 @@ class FactorVertex:
     def multiplicity(self, neighbour: int) -> FloatArray:
         """Ones: an entry is a state of the variable."""
         return np.ones(self.outgoing_size(neighbour))
+
+    def shares_states(self, neighbour: int) -> bool:
+        """Yes: messages both ways are indexed by the states of the variable."""
+        return True
 
     def operations(self) -> int:
         """About four passes over the table for each variable."""

@@ -21,6 +21,20 @@ STATE_LIMIT = 5_000_000
 """Largest table a single vertex may build (entries); beyond it a problem is refused rather than left to fill memory."""
 
 
+PAIR_LIMIT = 20_000_000
+"""Most pairs of masks that the dynamic programme goes through to bring one group of targets in (some 0.3 s)."""
+
+STORED_PAIRS = 1_000_000
+"""Up to so many pairs their unions are kept (8 MB); beyond it they are made again, block by block, when needed."""
+
+_BLOCK_PAIRS = 1 << 18
+
+
+def count_pairs(targets: int, measurements: int) -> int:
+    """Pairs of a mask of used measurements and one that `targets` targets can use."""
+    return sum(comb(measurements, used) for used in range(min(targets, measurements) + 1)) << measurements
+
+
 def count_injections(targets: int, measurements: int) -> int:
     """Number of partial injections: over the number used, choose targets, choose measurements, pair them."""
     used = range(min(targets, measurements) + 1)
@@ -34,14 +48,14 @@ def left_over(measurements: int) -> IntArray:
     return measurements - sum((masks >> bit & 1 for bit in range(measurements)), np.zeros_like(masks))
 
 
-def check_states(count: int, what: str) -> None:
+def check_states(count: int, what: str, limit: int = STATE_LIMIT) -> None:
     """Refuse a table that is too large.
 
     Raises:
-        ScenarioError: When `count` exceeds `STATE_LIMIT`.
+        ScenarioError: When `count` exceeds the limit.
     """
-    if count > STATE_LIMIT:
-        text = f"{what} has {count} entries, more than the {STATE_LIMIT} supported: use fewer targets or sensors there"
+    if count > limit:
+        text = f"{what} has {count} entries, more than the {limit} supported: use fewer targets or sensors there"
         raise ScenarioError(text)
 
 
@@ -57,8 +71,10 @@ class Injections:
         grid: Shape of that grid, (q + 1,) a target.
         order: Permutation that sorts the states by mask, stable.
         starts: Where each mask begins in that order, shape (m,).
+        distinct: The m masks, ascending.
         unions: For every mask S of used measurements (rows) and each of the m masks T (columns), the mask of both, or
-            2^q where they overlap; shape (2^q, m).
+            2^q where they overlap; shape (2^q, m). None when there are more than `STORED_PAIRS`.
+        pairs: Its number of entries, kept or not.
     """
 
     states: IntArray
@@ -68,7 +84,9 @@ class Injections:
     grid: tuple[int, ...]
     order: IntArray
     starts: IntArray
-    unions: IntArray
+    distinct: IntArray
+    unions: IntArray | None
+    pairs: int
 
     def by_mask(self, weights: FloatArray, semiring: Semiring) -> FloatArray:
         """Combine log weights of the states that use the same measurements, shape (m,)."""
@@ -93,8 +111,14 @@ class Injections:
         Returns:
             The same with these targets among the absorbed ones, shape (2^q,).
         """
-        padded = np.append(table, -np.inf)
-        return reduce(semiring, padded[self.unions] + self.by_mask(weights, semiring), 1)
+        padded, by_mask = np.append(table, -np.inf), self.by_mask(weights, semiring)
+        if self.unions is not None:
+            return reduce(semiring, padded[self.unions] + by_mask, 1)
+        rows, size = max(1, _BLOCK_PAIRS // len(self.distinct)), len(table)
+        blocks = (np.arange(first, min(first + rows, size)) for first in range(0, size, rows))
+        return np.concatenate(
+            [reduce(semiring, padded[_unions(used, self.distinct, size)] + by_mask, 1) for used in blocks]
+        )
 
     def on_grid(self, weights: FloatArray) -> FloatArray:
         """Log weights of the states on the grid of all tuples, -inf where a tuple uses a measurement twice."""
@@ -118,10 +142,9 @@ def _states(targets: int, measurements: int) -> IntArray:
     return states
 
 
-def _unions(masks: IntArray, measurements: int) -> IntArray:
-    check_states((1 << measurements) * len(masks), f"the table of used measurements of a sensor with {measurements}")
-    every = np.arange(1 << measurements)[:, None]
-    return np.where(every & masks, 1 << measurements, every | masks)
+def _unions(used: IntArray, masks: IntArray, none: int) -> IntArray:
+    """For each pair the mask of both, `none` where they overlap; shape (used, masks)."""
+    return np.where(used[:, None] & masks, none, used[:, None] | masks)
 
 
 @lru_cache(maxsize=256)
@@ -131,6 +154,8 @@ def injections(targets: int, measurements: int) -> Injections:
     Raises:
         ScenarioError: When they are too many to hold.
     """
+    pairs = count_pairs(targets, measurements)
+    check_states(pairs, f"the table of used measurements of a sensor with {measurements}", PAIR_LIMIT)
     states = _states(targets, measurements)
     masks = np.where(states > 0, 1 << np.maximum(states - 1, 0), 0).sum(axis=1)
     order = np.argsort(masks, kind="stable")
@@ -138,9 +163,9 @@ def injections(targets: int, measurements: int) -> Injections:
     grid = (measurements + 1,) * targets
     check_states(prod(grid), "the joint association of targets shared by two sensors")
     cells = states @ np.array([prod(grid[axis + 1 :]) for axis in range(targets)], dtype=np.int64)
-    made = Injections(
-        states, masks, (states > 0).sum(axis=1), cells, grid, order, starts, _unions(distinct, measurements)
-    )
-    for array in (made.states, made.masks, made.used, made.cells, made.order, made.starts, made.unions):
+    unions = _unions(np.arange(1 << measurements), distinct, 1 << measurements) if pairs <= STORED_PAIRS else None
+    used = (states > 0).sum(axis=1)
+    made = Injections(states, masks, used, cells, grid, order, starts, distinct, unions, pairs)
+    for array in (states, masks, used, cells, order, starts, distinct, *(() if unions is None else (unions,))):
         array.setflags(write=False)
     return made

@@ -41,6 +41,36 @@ def reduce(semiring: Semiring, array: FloatArray, axis: int | tuple[int, ...] | 
         return np.asarray(np.log(total) + shift.max(axis=axis))
 
 
+_WHOLE = 1 << 18
+
+
+def contract(semiring: Semiring, weights: FloatArray, table: FloatArray) -> FloatArray:
+    """Combine the first axis of `weights[a, ..., None] + table[a, b]`; a large sum is never held as a whole.
+
+    Args:
+        semiring: Which combination.
+        weights: Log weights, shape (n, ...).
+        table: Log potential, shape (n, m).
+
+    Returns:
+        Shape (..., m); -inf where every entry is -inf.
+    """
+    if weights.size * table.shape[1] <= _WHOLE:
+        spread = table.reshape(len(table), *(1,) * (weights.ndim - 1), -1)
+        return reduce(semiring, weights[..., None] + spread, 0)
+    peak = weights[0][..., None] + table[0]
+    for weight, row in zip(weights[1:], table[1:], strict=True):
+        np.maximum(peak, weight[..., None] + row, out=peak)
+    if semiring is Semiring.MAX:
+        return np.asarray(peak)
+    shift = np.where(np.isneginf(peak), 0.0, peak)
+    total = np.zeros_like(peak)
+    for weight, row in zip(weights, table, strict=True):
+        total += np.exp(weight[..., None] + row - shift)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(total) + shift)
+
+
 def log_normalise(message: FloatArray) -> FloatArray:
     """Shift a log message so that its exponentials sum to one, for both semirings.
 

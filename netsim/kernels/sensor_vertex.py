@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from netsim.kernels.injections import Injections, IntArray
-from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, reduce, uniform
+from netsim.kernels.semiring import FloatArray, Semiring, contract, log_normalise, reduce, uniform
 from netsim.kernels.vertex import Choice, Incoming, Weights, margin_below
 
 
@@ -35,9 +35,7 @@ class SharedEvidence:
     def carry(self, here: FloatArray, semiring: Semiring, exponent: float = 1.0) -> FloatArray:
         """From log weights on the grid of tuples here to those of the injections there, the potential to a power."""
         for table in self.tables:
-            powered = table if exponent == 1.0 else exponent * table
-            spread = powered.reshape(len(table), *(1,) * (here.ndim - 1), -1)
-            here = reduce(semiring, here[..., None] + spread, 0)
+            here = contract(semiring, here, table if exponent == 1.0 else exponent * table)
         return here.reshape(-1)[self.there.cells]
 
     def operations(self) -> int:
@@ -124,6 +122,10 @@ class SensorVertex:
     def multiplicity(self, neighbour: int) -> FloatArray:
         """How many associations of the receiver agree with each entry."""
         return self._edge(neighbour).multiplicity
+
+    def shares_states(self, neighbour: int) -> bool:
+        """Towards a target's vertex: messages both ways are indexed by what the target gave this sensor."""
+        return self._edge(neighbour).edge is None
 
     def outgoing(self, incoming: Incoming, semiring: Semiring) -> dict[int, FloatArray]:
         """Eq (3) or (5) to every neighbour."""
@@ -300,5 +302,5 @@ class SensorVertex:
     def operations(self) -> int:
         """Three operations for each entry of the mask tables absorbed, and those of the edge potentials."""
         depth = max(len(self._edges) - 1, 0).bit_length()
-        absorbed = sum(group.injections.unions.size + len(group.local) for group in self._edges)
+        absorbed = sum(group.injections.pairs + len(group.local) for group in self._edges)
         return 3 * depth * absorbed + sum(group.edge.operations() for group in self._edges if group.edge is not None)

@@ -14,6 +14,7 @@ from netsim.metrics.definitions import (
     optimality,
     placement,
     runs,
+    target_distribution,
     tracking,
 )
 from netsim.metrics.metric import Metric
@@ -29,12 +30,13 @@ __all__ = [
     "metric_of",
 ]
 
-_GROUPS = (runs, placement, inference, optimality, tracking, communication, energy, lifetime)
+_GROUPS = (runs, placement, inference, optimality, target_distribution, tracking, communication, energy, lifetime)
 CATALOGUE: Final[Mapping[str, Metric]] = {metric.name: metric for module in _GROUPS for metric in module.METRICS}
 """Every metric by its name in `metrics.json`, in the order of the documentation."""
 
 ERROR_METRICS: Final = (
     "association_error",
+    "count_error",
     "marginal_error_linf",
     "position_error_mean_m",
     "ospa_mean_m",

@@ -14,6 +14,7 @@ from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
 from netsim.metrics.placement import PlacementCost
 from netsim.metrics.protocol import Conversations
+from netsim.metrics.target_distribution import CountError
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
@@ -36,6 +37,7 @@ class Metrics:
             MarginalError(),
             OriginError(),
             Optimality(),
+            CountError(),
             Tracking(),
             Traffic(),
             self._energy,

@@ -11,11 +11,15 @@ from typing import Literal
 import numpy as np
 
 from netsim.errors import ScenarioError
+from netsim.kernels.association_graph import graph_vertices
 from netsim.kernels.association_model import (
     AssociationInstance,
     AssociationKnowledge,
+    Cluster,
     SensorModel,
+    clustered,
 )
+from netsim.kernels.cluster_vertex import check_cluster
 from netsim.kernels.injections import IntArray
 from netsim.kernels.placement import HostingRule, Lodger, RouteCosts, message_byte, place
 from netsim.kernels.semiring import FloatArray
@@ -75,6 +79,19 @@ class AssociationParameters:
     `nearest` to its prior mean; `least_communication`: least sum over the other covering sensors of expected message bytes
     times hops; `least_energy`: of bytes times joules a byte over the route, its expected repetitions included;
     `load_balanced`: the fullest node has as few vertices as possible, and of such placements the one of least distance."""
+    model: Literal["hybrid", "sensor", "target"] = "hybrid"
+    """The graphical model. `hybrid`: a variable a sensor, and one for each target that three or more sensors cover;
+    `sensor`: a variable a sensor, those that such targets join merged into one; `target`: a variable for each covered
+    target, which needs `false_alarms: geometric`."""
+
+    def __post_init__(self) -> None:
+        """The target-oriented model is pairwise only where false alarms are independent."""
+        if self.model == "target" and (self.false_alarms == "strict" or self.false_alarm_probability == 0.0):
+            message = (
+                "false_alarms: geometric and false_alarm_probability above 0 with model: target (otherwise false alarms tie "
+                "all targets of a sensor together), or model: hybrid"
+            )
+            raise ValueError(message)
 
     @property
     def _share(self) -> float:
@@ -147,6 +164,8 @@ class AssociationProblem:
 
     def placement_event(self) -> VariablePlacement:
         """Sensors' variables on their nodes, target vertices on one covering sensor each."""
+        if self.instance.graph != "hybrid":
+            return self._listed_placement()
         nodes = self.instance.sensor_nodes
         hosts = dict(enumerate(nodes))
         names = {sensor: f"sensor {node}" for sensor, node in enumerate(nodes)}
@@ -159,6 +178,27 @@ class AssociationProblem:
             elif len(sensors) == 2:
                 edges.add((sensors[0], sensors[1]))
         return placement(hosts, names, sorted(edges))
+
+    def _listed_placement(self) -> VariablePlacement:
+        """Clusters or targets on their hosts."""
+        instance = self.instance
+        vertices = graph_vertices(instance)
+        names: dict[int, str] = {}
+        hosts: dict[int, int] = {}
+        if instance.graph == "sensor":
+            names = {cluster.vertex: _cluster_name(instance, cluster) for cluster in instance.clusters}
+            hosts = {cluster.vertex: cluster.host for cluster in instance.clusters}
+        for target, host in enumerate(instance.hosts):
+            vertex_id = instance.target_vertex_id(target)
+            if vertex_id is not None and host is not None:
+                names[vertex_id], hosts[vertex_id] = f"target {target}", host
+        edges = {(vertex.id, other) for vertex in vertices for other in vertex.neighbours if vertex.id < other}
+        return placement(hosts, names, sorted(edges))
+
+
+def _cluster_name(instance: AssociationInstance, cluster: Cluster) -> str:
+    nodes = [str(instance.sensor_nodes[sensor]) for sensor in cluster.sensors]
+    return f"sensor {nodes[0]}" if len(nodes) == 1 else f"sensors {', '.join(nodes)}"
 
 
 def build(
@@ -195,16 +235,20 @@ def build(
     drawn = [_measure(parameters, sensors_m[s], targets_m, within[:, s], streams, node) for s, node in enumerate(nodes)]
     covariance = parameters.prior_variance_per_coordinate_m2 * np.eye(2)
     coverage = tuple(tuple(np.flatnonzero(row).tolist()) for row in within)
-    preferences = _preferences(parameters, means_m, sensors_m, nodes, coverage, costs)
+    points = [each for each, _ in drawn]
+    least = {"hybrid": 3, "target": 1, "sensor": len(nodes) + 1}[parameters.model]
+    preferences = _preferences(parameters, means_m, sensors_m, nodes, coverage, costs, least)
     instance = AssociationInstance(
         sensor_nodes=nodes,
-        measurements_m=tuple(points for points, _ in drawn),
+        measurements_m=tuple(points),
         means_m=means_m,
         covariances_m2=np.tile(covariance, (len(targets_m), 1, 1)),
         coverage=coverage,
         hosts=tuple(order[0] if order else None for order in preferences),
         model=_sensor_model(parameters),
         preferences=preferences,
+        graph=parameters.model,
+        cluster_hosts=_cluster_hosts(sensors_m, nodes, coverage, points) if parameters.model == "sensor" else (),
     )
     return AssociationProblem(instance, targets_m, tuple(origin for _, origin in drawn))
 
@@ -276,12 +320,13 @@ def _preferences(
     nodes: Sequence[int],
     coverage: Sequence[Sequence[int]],
     costs: RouteCosts | None,
+    least: int,
 ) -> tuple[tuple[int, ...], ...]:
-    """For each target the nodes that can host its vertex, the host first; none for a target that needs no vertex."""
+    """For each target the nodes that can host its vertex, the host first; none for one that fewer than `least` cover."""
     covered = np.bincount([sensor for covering in coverage for sensor in covering], minlength=len(nodes))
     lodgers = []
     for mean_m, covering in zip(means_m.tolist(), coverage, strict=True):
-        hosts = covering if len(covering) >= 3 else ()
+        hosts = covering if len(covering) >= least else ()
         size_byte = {nodes[sensor]: message_byte(_entries(parameters, int(covered[sensor]))) for sensor in hosts}
         lodgers.append(Lodger((mean_m[0], mean_m[1]), tuple(size_byte), size_byte))
     places_m = {node: (x_m, y_m) for node, (x_m, y_m) in zip(nodes, sensors_m.tolist(), strict=True)}
@@ -294,3 +339,24 @@ def _entries(parameters: AssociationParameters, covered: int) -> float:
     How many measurements there will be is not known when hosts are chosen; expected are its detections and false alarms.
     """
     return 1.0 + parameters.detection_probability * covered + parameters.false_alarm_probability
+
+
+def _cluster_hosts(
+    sensors_m: FloatArray, nodes: Sequence[int], coverage: Sequence[Sequence[int]], points: Sequence[FloatArray]
+) -> tuple[int, ...]:
+    """For each sensor the host of its cluster: the member nearest their centroid, of equals the lowest id.
+
+    Raises:
+        ScenarioError: When a cluster has too many joint associations to list.
+    """
+    hosts = [0] * len(nodes)
+    for members in clustered(len(nodes), coverage):
+        covered = [sum(sensor in covering for covering in coverage) for sensor in members]
+        check_cluster([nodes[sensor] for sensor in members], covered, [len(points[sensor]) for sensor in members])
+        places_m = sensors_m[list(members)]
+        distances_m = np.linalg.norm(places_m - places_m.mean(axis=0), axis=1)
+        # Distances that differ by rounding only are equal: the corners of a square must not depend on it.
+        nearest = int(np.flatnonzero(distances_m <= distances_m.min() + 1e-9)[0])
+        for sensor in members:
+            hosts[sensor] = nodes[members[nearest]]
+    return tuple(hosts)

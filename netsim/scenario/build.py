@@ -8,11 +8,13 @@ import numpy as np
 
 from netsim.api import Algorithm
 from netsim.errors import InvariantError, ScenarioError
-from netsim.problems import association, graph
+from netsim.kernels.association_reach import require_reach
+from netsim.problems import association, graph, target_distribution
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
+from netsim.problems.target_distribution import DistributionParameters
 from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
 from netsim.scenario.links import Air, air_between
@@ -81,9 +83,15 @@ def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenar
     if isinstance(parameters, AssociationParameters):
         sensing = [place for place in nodes if place.sensor is not None]
         ids = [place.id for place in sensing]
-        return association.build(
-            parameters, positions_m(sensing), ids, streams, PlannedRoutes(loaded.scenario, nodes, air)
-        )
+        routes = PlannedRoutes(loaded.scenario, nodes, air)
+        drawn = association.build(parameters, positions_m(sensing), ids, streams, routes)
+        require_reach(drawn.instance)
+        return drawn
+    if isinstance(parameters, DistributionParameters):
+        sensing, field = [place for place in nodes if place.sensor is not None], loaded.scenario.field
+        (left_m, low_m), ids = field.origin_m, [place.id for place in sensing]
+        box_m = (left_m, low_m, left_m + field.width_m, low_m + field.height_m)
+        return target_distribution.build(parameters, positions_m(sensing), ids, box_m, streams)
     if isinstance(parameters, GraphParameters):
         return graph.build(parameters, [place.id for place in nodes], streams, _model_text(parameters, loaded))
     return NoProblem()

@@ -12,7 +12,7 @@ from netsim.metrics.lifetime import DutyPlan
 from netsim.models import batteries, fading, first_order, harvest, lora, media, modulation, noise, placement
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
-from netsim.problems import association, drawn_graphs, graph
+from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.scenario.schema import CapacityBattery, DeviceBattery, MainsPower
@@ -52,7 +52,10 @@ def _own(part: str, *records: type[Any]) -> dict[type[Any], Cited]:
 CITED: Final[Mapping[type[Any], Cited]] = {
     association.AssociationParameters: Cited("problem", f"{CHEN_2006}, sections 3 and 6.1"),
     graph.GraphParameters: Cited("problem", f"{OWN}; the pairwise form as in {CHEN_2006}, eqs 2 to 5"),
+    target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
     **_own("problem", NoProblemParameters),
+    coverage.DiscCoverage: Cited("coverage", f"{CHEN_2006}, section 4.1"),
+    **_own("coverage", coverage.CellCoverage),
     association.UniformTargets: Cited("targets", f"{CHEN_2006}, section 6.1"),
     **_own("targets", association.ListedTargets),
     graph.GraphFile: Cited("model graph", "formats: UAI (Markov networks) and libDAI's factor graphs"),

@@ -19,6 +19,7 @@ from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
+from netsim.problems.target_distribution import DistributionParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.sim.budget import BudgetParameters
 from netsim.sim.duty_cycle import DutyCycleParameters
@@ -35,7 +36,7 @@ from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters | LplParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters | GeographicParameters | CollectionParameters
-ProblemParameters = AssociationParameters | GraphParameters | NoProblemParameters
+ProblemParameters = AssociationParameters | GraphParameters | DistributionParameters | NoProblemParameters
 
 
 Fidelity = Literal["ideal", "prr", "sinr", "csma", "lpl"]

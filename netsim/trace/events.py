@@ -304,7 +304,7 @@ class Problem:
 
     topic: ClassVar[str] = "/problem"
     kind: Text
-    """`association`, `factor-graph`, `none`."""
+    """`association`, `factor-graph`, `target-distribution`, `none`."""
     content_json: Text
 
 
@@ -329,6 +329,16 @@ class TruthOrigins:
     y_m: F64Array
     target: I32Array
     """Target of each measurement; -1 for a false alarm."""
+
+
+@dataclass(frozen=True, slots=True)
+class TruthCounts:
+    """True number of targets in each subregion."""
+
+    topic: ClassVar[str] = "/truth/counts"
+    variable: U32Array
+    """The variable that stands for the number."""
+    count: U32Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -474,6 +484,7 @@ Event = (
     | Problem
     | TruthTargets
     | TruthOrigins
+    | TruthCounts
     | VariablePlacement
     | GraphMessages
     | Association
