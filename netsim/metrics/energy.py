@@ -45,9 +45,11 @@ class Energy:
         rows = _rows(self._ledger)
         by_node = _sums((row[0], row[4]) for row in rows)
         most = max(by_node, key=lambda node: (by_node[node], -node), default=None)
+        active = [row for row in rows if row[2] not in STANDING.get(row[1], ())]
         return {
             "energy_j": math.fsum(row[4] for row in rows),
-            "energy_beyond_listening_j": math.fsum(row[4] for row in rows if row[2] not in STANDING.get(row[1], ())),
+            "energy_beyond_listening_j": math.fsum(row[4] for row in active),
+            "energy_beyond_listening_most_j": max(_sums((row[0], row[4]) for row in active).values(), default=None),
             "energy_by_device_j": _sums((row[1], row[4]) for row in rows),
             "energy_by_state_j": _sums((f"{device}.{state}", joules) for _, device, state, _, joules in rows),
             "energy_by_kind_j": _sums((kind or "(none)", joules) for _, _, _, kind, joules in rows),

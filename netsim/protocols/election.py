@@ -33,21 +33,30 @@ def elect(node: NodeHandle, score: int, deadline_ns: int, hop_limit: int = 32) -
     if not 0 <= score <= MOST_SCORE:
         text = f"a score of an election is from 0 to {MOST_SCORE}, got {score}"
         raise AlgorithmError(text)
-    best = (score, -node.id)
-    speak_ns = node.now_ns + _backoff_ns(node, score, deadline_ns - node.now_ns)
-    while node.now_ns < deadline_ns:
-        is_candidate = best == (score, -node.id) and node.now_ns < speak_ns
-        until_ns = min(speak_ns, deadline_ns) if is_candidate else deadline_ns
-        message = yield from node.receive(kinds={ELECTION}, timeout_ns=until_ns - node.now_ns)
-        if message is not None:
-            best = max(best, (int(_SCORE.unpack(message.payload, 0)[0]), -message.source))
-        elif is_candidate and speak_ns < deadline_ns:
-            yield from node.pause_until(speak_ns)
+    own = best = (score, -node.id)
+    for speak_ns in [*_moments_ns(node, score, deadline_ns), deadline_ns]:
+        best = yield from _heard(node, best, speak_ns)
+        if best == own and speak_ns < deadline_ns:
             node.flood(ELECTION, _SCORE.pack(score), hop_limit=hop_limit, causes=())
     return -best[1]
 
 
-def _backoff_ns(node: NodeHandle, score: int, time_ns: int) -> int:
-    """Half the time is for speaking, the better the sooner; the rest for the last flood to get through."""
-    share = (1.0 + float(node.rng("election").random())) / (2.0 + score)
-    return int(0.5 * max(time_ns, 0) * min(share, 1.0))
+def _heard(node: NodeHandle, best: tuple[int, int], until_ns: int) -> Op[tuple[int, int]]:
+    """The best candidate known at a moment."""
+    while node.now_ns < until_ns:
+        message = yield from node.receive(kinds={ELECTION}, timeout_ns=until_ns - node.now_ns)
+        if message is not None:
+            best = max(best, (int(_SCORE.unpack(message.payload, 0)[0]), -message.source))
+    return best
+
+
+def _moments_ns(node: NodeHandle, score: int, deadline_ns: int) -> tuple[int, int]:
+    """When to speak: once in the first half of the time, the better the sooner, and once in the third quarter.
+
+    By the second time only those speak that are still the best they know of: it tells whom the first flood missed.
+    """
+    now_ns = node.now_ns
+    time_ns = max(deadline_ns - now_ns, 0)
+    first, second = node.rng("election").random(2).tolist()
+    share = min((1.0 + first) / (2.0 + score), 1.0)
+    return now_ns + int(0.5 * share * time_ns), now_ns + int((0.5 + 0.25 * second) * time_ns)

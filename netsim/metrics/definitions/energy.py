@@ -18,6 +18,13 @@ METRICS = (
             "EnergyLedger",
         ),
         (
+            "energy_beyond_listening_most_j",
+            "J",
+            "lower",
+            "The same of the node that drew most of it; null where no node drew any.",
+            "EnergyLedger",
+        ),
+        (
             "energy_by_device_j",
             "J",
             "lower",
