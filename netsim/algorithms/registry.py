@@ -99,7 +99,7 @@ SHIPPED: Mapping[str, Entry] = {
             Trmp,
             "tree-reweighted max-product: the MAP state with proof, or an honest 'not proved'",
             f"{CHEN_2006}, section 2.3; Wainwright, Jaakkola, Willsky, IEEE Trans. Information Theory 51 (2005) 3697-3717",
-            GRAPHICAL,
+            ("association", "factor-graph"),
         ),
         Entry(
             "independent",

@@ -27,6 +27,7 @@ from netsim.algorithms.trmp_inference import Plan, TreeReweighted
 from netsim.algorithms.trmp_messages import Entry, Go, Next, TreeMessage, Verdict, Vote, Wave, decode, encode
 from netsim.algorithms.trmp_trees import TreeBuilder
 from netsim.api import Message, NodeHandle, NoEnergyError, Op
+from netsim.errors import AlgorithmError
 from netsim.kernels.factor_vertices import FactorVertex
 from netsim.kernels.semiring import Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
@@ -153,6 +154,10 @@ class Trmp:
         chosen = self._parameters
         setup = s_to_ns(chosen.setup_s), chosen.setup_attempts, chosen.setup_exchange
         hosting = yield from prepare(node, chosen.payload, *setup)
+        if hosting.measured is not None and hosting.measured.knowledge.graph != "hybrid":
+            graph = hosting.measured.knowledge.graph
+            text = f"trmp works on the association problem's model: hybrid, got model: {graph}: leave model out"
+            raise AlgorithmError(text)
         vertices = {vertex.id: _Vertex(vertex, chosen) for vertex in hosting.vertices}  # type: ignore[arg-type]  # all are
         host = _Host(node, hosting, vertices, chosen)
         yield from host.serve(s_to_ns(chosen.time_limit_s))

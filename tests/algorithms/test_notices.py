@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from netsim.algorithms.notices import decode_notice, encode_notice
 from netsim.errors import ScenarioError
-from netsim.kernels.communication import CommunicationRule, EdgeMemory
+from netsim.kernels.communication import CommunicationRule, EdgeMemory, View
 from netsim.kernels.semiring import log_normalise
 from netsim.scenario.load import load
 from netsim.scenario.run import run
@@ -73,6 +73,6 @@ def test_a_message_taken_back_leaves_the_memory_as_if_it_had_not_been_sent(
         fails = data.draw(st.booleans())
         if decision.send and fails:
             memory.take_back()
-            assert arrived.decide(message, np.inf).divergence == decision.divergence
+            assert arrived.decide(message, View(tolerance=np.inf)).divergence == decision.divergence
         else:
             assert arrived.decide(message) == decision
