@@ -51,9 +51,9 @@ class AdaptiveTolerance:
         most_repeats: However great the loss, no more repeats than this; 0 for none at all.
     """
 
-    settled: float = 0.1
+    settled: float = 0.05
     unchanged: float = 4.0
-    first: float = 4.0
+    first: float = 8.0
     decay: float = 0.5
     lost_share: float = 0.02
     rumoured_loss: float = 0.1
