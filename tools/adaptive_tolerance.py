@@ -189,9 +189,11 @@ def table_of(verdicts: Sequence[Verdict]) -> list[list[str]]:
         targets, noise, loss = each.cell
         tolerance = "none" if each.tolerance is None else f"{each.tolerance:g}"
         marks = ["yes" if good else "NO" for good in each.passes]
-        errors, counts = [f"{value:.3f}" for value in each.error], [f"{value:.1f}" for value in each.messages]
-        rows.append([str(targets), f"{noise:g}", f"{loss:g}", tolerance, str(each.problems), errors[0], f"{each.standard_error:.3f}",
-                     *errors[1:], f"{each.excess:+.2f}", *counts, f"{each.ratio:.2f}", *marks])  # fmt: skip
+        named = [str(targets), f"{noise:g}", f"{loss:g}", tolerance, str(each.problems)]
+        standard, *errors = (f"{value:.3f}" for value in each.error)
+        errors = [standard, f"{each.standard_error:.3f}", *errors, f"{each.excess:+.2f}"]
+        counts = [f"{value:.1f}" for value in each.messages]
+        rows.append([*named, *errors, *counts, f"{each.ratio:.2f}", *marks])
     return rows
 
 
