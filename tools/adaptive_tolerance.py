@@ -11,7 +11,7 @@ that is refused for its size (two sensors that share very many targets) is left 
 import argparse
 import csv
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +19,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from netsim.errors import ScenarioError
 from netsim.kernels.adaptive_tolerance import AdaptiveTolerance
@@ -27,6 +28,7 @@ from netsim.kernels.central import run_synchronous
 from netsim.kernels.communication import CommunicationRule
 from netsim.kernels.semiring import Semiring
 from netsim.kernels.sensor_vertex import SensorVertex
+from netsim.kernels.vertex import Vertex
 from netsim.problems.association import AssociationParameters, AssociationProblem, UniformTargets, build
 from netsim.rng import Streams
 
@@ -37,7 +39,8 @@ ROUNDS = 15
 WITHIN, MESSAGES = 1.0, 1.1  # standard errors of the error; times the messages of the hindsight tolerance
 
 Cell = tuple[int, float, float]
-Scores = np.ndarray[tuple[int, int], np.dtype[np.float64]]  # a row a problem: error, messages per sensor
+Lost = Callable[[int, int, int], bool]
+Scores = NDArray[np.float64]  # the last axis: error, messages per sensor
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,7 @@ class Verdict:
     Attributes:
         cell: Targets, noise, loss.
         tolerance: The one chosen in hindsight; None when none was within a standard error: max-product itself.
+        problems: How many were scored.
         error: The three mean errors.
         standard_error: Of max-product's mean error.
         difference_se: Standard error of the paired difference adaptive less max-product.
@@ -55,6 +59,7 @@ class Verdict:
 
     cell: Cell
     tolerance: float | None
+    problems: int
     error: tuple[float, float, float]
     standard_error: float
     difference_se: float
@@ -89,39 +94,34 @@ def problem(targets: int, noise: float, streams: Streams) -> AssociationProblem:
     return build(parameters, SENSORS_M, range(len(SENSORS_M)), streams)
 
 
-def scores(targets: int, noise: float, rules: Sequence[CommunicationRule], seed: int, repetition: int) -> Scores | None:
-    """Error and messages per sensor of each rule at each loss, shape (losses, rules, 2); all meet the same lost frames.
+def scores(cell: Cell, rules: Sequence[CommunicationRule], seed: int, repetition: int) -> Scores | None:
+    """Error and messages per sensor of each rule, shape (rules, 2); all meet the same problem and the same lost frames.
 
     None for a problem that is refused for its size.
     """
+    targets, noise, loss = cell
     streams = Streams(seed, repetition)
     drawn = problem(targets, noise, streams)
     try:
-        vertices = {vertex.id: vertex for vertex in instance_vertices(drawn.instance)}
+        vertices = instance_vertices(drawn.instance)
     except ScenarioError:
         return None
     named = ((drawn.instance.target_vertex_id(t), host) for t, host in enumerate(drawn.instance.hosts))
     hosts = {v: v for v in range(len(SENSORS_M))} | {v: h for v, h in named if v is not None and h is not None}
     chances = streams.generator("loss").random((ROUNDS + 1, len(SENSORS_M), len(SENSORS_M)))
-    table = np.zeros((len(LOSS), len(rules), 2))
-    for (row, loss), (column, rule) in product(enumerate(LOSS), enumerate(rules)):
-        lost = partial(_is_lost, chances, hosts, loss)
-        result = run_synchronous(
-            vertices.values(),
-            Semiring.MAX,
-            ROUNDS,
-            rule,
-            stop_when_converged=loss == 0.0 and not rule.sends_always,
-            lost=lost,
-        )
-        wrong = total = 0
-        for sensor, origin in enumerate(drawn.origins):
-            vertex = vertices[sensor]
-            if isinstance(vertex, SensorVertex):
-                wrong += int((vertex.decide(result.incoming[sensor]) != origin).sum())
-                total += len(origin)
-        table[row, column] = wrong / total, result.messages_sent / len(SENSORS_M)
-    return table  # type: ignore[return-value]
+    lost = partial(_is_lost, chances, hosts, loss)
+    return np.array([_score(drawn, vertices, rule, lost, loss == 0.0) for rule in rules])
+
+
+def _score(
+    drawn: AssociationProblem, vertices: Sequence[Vertex], rule: CommunicationRule, lost: Lost, may_stop: bool
+) -> tuple[float, float]:
+    """Error and messages per sensor of one run; standard message passing sends in all rounds."""
+    stop = may_stop and not rule.sends_always
+    result = run_synchronous(vertices, Semiring.MAX, ROUNDS, rule, stop_when_converged=stop, lost=lost)
+    sensors = [vertex for vertex in vertices if isinstance(vertex, SensorVertex)]
+    wrong = sum(int((each.decide(result.incoming[each.id]) != drawn.origins[each.id]).sum()) for each in sensors)
+    return wrong / sum(map(len, drawn.origins)), result.messages_sent / len(SENSORS_M)
 
 
 def _is_lost(chances: Scores, hosts: dict[int, int], loss: float, number: int, source: int, destination: int) -> bool:
@@ -129,56 +129,50 @@ def _is_lost(chances: Scores, hosts: dict[int, int], loss: float, number: int, s
     return here != there and bool(chances[number, here, there] < loss)
 
 
-def sweep(
-    rules: Sequence[CommunicationRule], seed: int, repetitions: int, jobs: int
-) -> dict[tuple[int, float], Scores]:
-    """All problems under all rules: for each density and noise an array (repetitions, losses, rules, 2)."""
-    found = {}
-    with ProcessPoolExecutor(jobs) as pool:
-        for targets, noise in product(TARGETS, NOISE):
-            trial = partial(scores, targets, noise, rules, seed)
-            tables = [table for table in pool.map(trial, range(repetitions)) if table is not None]
-            found[targets, noise] = np.array(tables)
-            print(f"seed {seed}: {targets} targets, noise {noise:g}: {len(tables)} problems", file=sys.stderr)
-    return found
+class Trials:
+    """Runs rules on the problems of one seed.
+
+    Args:
+        pool: Where.
+        seed: Of the problems.
+        repetitions: How many a cell.
+    """
+
+    def __init__(self, pool: ProcessPoolExecutor, seed: int, repetitions: int) -> None:
+        self._pool, self._seed, self._repetitions = pool, seed, repetitions
+
+    def run(self, cell: Cell, *rules: CommunicationRule) -> Scores:
+        """Scores of the rules, shape (problems, rules, 2)."""
+        trial = partial(scores, cell, rules, self._seed)
+        return np.array([table for table in self._pool.map(trial, range(self._repetitions)) if table is not None])
 
 
-def hindsight(seed: int, repetitions: int, jobs: int) -> dict[Cell, float | None]:
-    """For each cell the largest tolerance with an error at most one standard error above max-product's."""
-    rules = [CommunicationRule(), *(CommunicationRule(tolerance=tolerance) for tolerance in TOLERANCES)]
-    chosen: dict[Cell, float | None] = {}
-    for (targets, noise), table in sweep(rules, seed, repetitions, jobs).items():
-        for row, loss in enumerate(LOSS):
-            error = table[:, row, :, 0]
-            bound = error[:, 0].mean() + WITHIN * _standard_error(error[:, 0])
-            good = [tolerance for k, tolerance in enumerate(TOLERANCES) if error[:, k + 1].mean() <= bound]
-            chosen[targets, noise, loss] = max(good, default=None)
-    return chosen
+def hindsight(trials: Trials, cell: Cell) -> float | None:
+    """The largest of `TOLERANCES` with an error at most one standard error above max-product's, found by bisection."""
+    standard = trials.run(cell, CommunicationRule())[:, 0, 0]
+    bound = standard.mean() + WITHIN * _standard_error(standard)
+    good, bad = -1, len(TOLERANCES)
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        error = trials.run(cell, CommunicationRule(tolerance=TOLERANCES[middle]))[:, 0, 0].mean()
+        good, bad = (middle, bad) if error <= bound else (good, middle)
+    return None if good < 0 else TOLERANCES[good]
 
 
-def judge(
-    chosen: dict[Cell, float | None], seed: int, repetitions: int, jobs: int, adaptive: AdaptiveTolerance
-) -> list[Verdict]:
+def judge(trials: Trials, cell: Cell, tolerance: float | None) -> Verdict:
     """Max-product, hindsight tolerance and adaptive rule on fresh problems."""
-    used = sorted({tolerance for tolerance in chosen.values() if tolerance is not None})
-    rules = [CommunicationRule(), CommunicationRule(adaptive=adaptive), *(CommunicationRule(tolerance=t) for t in used)]
-    verdicts = []
-    for (targets, noise), table in sweep(rules, seed, repetitions, jobs).items():
-        for row, loss in enumerate(LOSS):
-            tolerance = chosen[targets, noise, loss]
-            columns = [0, 0 if tolerance is None else 2 + used.index(tolerance), 1]
-            error, messages = table[:, row, columns, 0], table[:, row, columns, 1]
-            verdicts.append(
-                Verdict(
-                    (targets, noise, loss),
-                    tolerance,
-                    tuple(error.mean(axis=0).tolist()),
-                    _standard_error(error[:, 0]),
-                    _standard_error(error[:, 2] - error[:, 0]),
-                    tuple(messages.mean(axis=0).tolist()),
-                )
-            )
-    return verdicts
+    rules = CommunicationRule(), CommunicationRule(tolerance=tolerance), CommunicationRule(adaptive=AdaptiveTolerance())
+    table = trials.run(cell, *rules)
+    error, messages = table[:, :, 0], table[:, :, 1]
+    return Verdict(
+        cell,
+        tolerance,
+        len(table),
+        tuple(error.mean(axis=0).tolist()),
+        _standard_error(error[:, 0]),
+        _standard_error(error[:, 2] - error[:, 0]),
+        tuple(messages.mean(axis=0).tolist()),
+    )
 
 
 def _standard_error(values: Scores) -> float:
@@ -187,7 +181,7 @@ def _standard_error(values: Scores) -> float:
 
 def table_of(verdicts: Sequence[Verdict]) -> list[list[str]]:
     """The verdicts as rows of text, the heading first."""
-    heading = ["targets", "noise", "loss", "hindsight tolerance", "error max-product", "SE", "error hindsight",
+    heading = ["targets", "noise", "loss", "hindsight tolerance", "problems", "error max-product", "SE", "error hindsight",
                "error adaptive", "excess / SE", "messages max-product", "messages hindsight", "messages adaptive", "ratio",
                "error ok", "messages ok"]  # fmt: skip
     rows = [heading]
@@ -195,9 +189,11 @@ def table_of(verdicts: Sequence[Verdict]) -> list[list[str]]:
         targets, noise, loss = each.cell
         tolerance = "none" if each.tolerance is None else f"{each.tolerance:g}"
         marks = ["yes" if good else "NO" for good in each.passes]
-        errors, counts = [f"{value:.3f}" for value in each.error], [f"{value:.1f}" for value in each.messages]
-        rows.append([str(targets), f"{noise:g}", f"{loss:g}", tolerance, errors[0], f"{each.standard_error:.3f}",
-                     *errors[1:], f"{each.excess:+.2f}", *counts, f"{each.ratio:.2f}", *marks])  # fmt: skip
+        named = [str(targets), f"{noise:g}", f"{loss:g}", tolerance, str(each.problems)]
+        standard, *errors = (f"{value:.3f}" for value in each.error)
+        errors = [standard, f"{each.standard_error:.3f}", *errors, f"{each.excess:+.2f}"]
+        counts = [f"{value:.1f}" for value in each.messages]
+        rows.append([*named, *errors, *counts, f"{each.ratio:.2f}", *marks])
     return rows
 
 
@@ -245,8 +241,14 @@ def main() -> None:
     options = parser.parse_args()
     if options.choose_seed == options.score_seed:
         parser.error("--choose-seed and --score-seed must differ: a tolerance is not to be scored where it was chosen")
-    chosen = hindsight(options.choose_seed, options.repetitions, options.jobs)
-    verdicts = judge(chosen, options.score_seed, options.repetitions, options.jobs, AdaptiveTolerance())
+    verdicts = []
+    with ProcessPoolExecutor(options.jobs) as pool:
+        chosen_on, scored_on = (
+            Trials(pool, seed, options.repetitions) for seed in (options.choose_seed, options.score_seed)
+        )
+        for cell in product(TARGETS, NOISE, LOSS):
+            verdicts.append(judge(scored_on, cell, hindsight(chosen_on, cell)))
+            print(" | ".join(table_of(verdicts)[-1]), file=sys.stderr, flush=True)
     rows = table_of(verdicts)
     with options.out.with_suffix(".csv").open("w", newline="") as stream:
         csv.writer(stream).writerows(rows)

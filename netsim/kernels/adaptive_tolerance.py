@@ -25,6 +25,7 @@ import numpy as np
 
 from netsim.errors import ScenarioError
 from netsim.kernels.semiring import FloatArray, log_normalise
+from netsim.kernels.vertex import Vertex
 
 
 @runtime_checkable
@@ -34,6 +35,13 @@ class SharesStates(Protocol):
     def shares_states(self, neighbour: int) -> bool:
         """Whether messages from and to `neighbour` are indexed by the states of the same variable."""
         ...
+
+
+def shared_edges(vertex: Vertex) -> frozenset[int]:
+    """The neighbours whose last message to the vertex is, state by state, what they believe without it."""
+    if not isinstance(vertex, SharesStates):
+        return frozenset()
+    return frozenset(other for other in vertex.neighbours if vertex.shares_states(other))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,9 +59,9 @@ class AdaptiveTolerance:
         most_repeats: However great the loss, no more repeats than this; 0 for none at all.
     """
 
-    settled: float = 0.1
+    settled: float = 0.05
     unchanged: float = 4.0
-    first: float = 4.0
+    first: float = 8.0
     decay: float = 0.5
     lost_share: float = 0.02
     rumoured_loss: float = 0.1

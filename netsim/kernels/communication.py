@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from netsim.errors import ScenarioError
-from netsim.kernels.adaptive_tolerance import AdaptiveTolerance, LossSuspicion, SharesStates
+from netsim.kernels.adaptive_tolerance import AdaptiveTolerance, LossSuspicion, shared_edges
 from netsim.kernels.semiring import FloatArray, Semiring, log_normalise, uniform
 from netsim.kernels.vertex import Incoming, Vertex
 
@@ -262,6 +262,7 @@ class VertexSender:
         self._edges = {other: EdgeMemory(rule, vertex.multiplicity(other)) for other in vertex.neighbours}
         listens = rule.adaptive is not None and self._sends_start
         self._suspicion = LossSuspicion(rule.adaptive, vertex.neighbours) if rule.adaptive and listens else None
+        self._shared = shared_edges(vertex) if rule.adaptive is not None else frozenset()
         self._round = 0
         self._computed: dict[int, FloatArray] | None = None
         self._seen: Incoming = {}
@@ -312,8 +313,7 @@ class VertexSender:
         return self._computed
 
     def _view(self, other: int, incoming: Incoming, tolerance: float | None) -> View:
-        shared = self._rule.adaptive and isinstance(self.vertex, SharesStates) and self.vertex.shares_states(other)
-        elsewhere = incoming.get(other) if shared else None
+        elsewhere = incoming.get(other) if other in self._shared else None
         repeats = self._suspicion.repeats if self._suspicion is not None else 0
         return View(self._round, tolerance, elsewhere, repeats)
 

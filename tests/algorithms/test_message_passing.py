@@ -61,14 +61,18 @@ def sent_by_round(keep: Keep) -> dict[int, set[tuple[int, int]]]:
     return rounds
 
 
-@pytest.mark.parametrize("algorithm", ["max-product", "sum-product", "csmp", "cssp"])
+ADAPTIVE = "csmp, tolerance: adaptive"
+FEW = "csmp, damping: 0.3, messages_per_round: 2"
+
+
+@pytest.mark.parametrize("algorithm", ["max-product", "sum-product", "csmp", "cssp", ADAPTIVE, FEW])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_ideal_rounds_send_and_decide_what_the_central_kernel_does(scenarios: Path, algorithm: str, seed: int) -> None:
     overrides = [f"seed={seed}", f"algorithm={{type: {algorithm}, rounds: 6}}", *IDEAL]
     parameters, keep, _ = simulate(scenarios / "chen2006" / "association-csmp.yaml", overrides)
     instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
     vertices = instance_vertices(instance)
-    rule, semiring = rule_of(parameters), SEMIRING[algorithm]
+    rule, semiring = rule_of(parameters), SEMIRING[algorithm.partition(",")[0]]
     central = run_synchronous(vertices, semiring, 6, rule, stop_when_converged=False)
     assert sent_by_round(keep) == {count.round: set(count.sent) for count in central.rounds}
     changes = {number: 0.0 for number in range(7)}
