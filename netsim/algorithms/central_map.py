@@ -84,7 +84,8 @@ class CentralMap:
         if knowledge is not None:
             centre = parameters.centre
             if centre is None:
-                centre = yield from elect(node, len(knowledge.partners), elected_ns)
+                sharing = {sensor for covered in knowledge.targets for sensor in covered.sensors}
+                centre = yield from elect(node, len(sharing), elected_ns)
             own_m = yield from self._measured(node)
             if centre == node.id:
                 decision = yield from self._lead(node, knowledge, own_m, gathered_ns, end_ns)

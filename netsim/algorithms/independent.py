@@ -6,6 +6,7 @@ local potential. Targets that other sensors cover too have no evidence in it, so
 What the processor is charged for: the sensor's reading, and one pass over the sensor's mask tables.
 """
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -20,6 +21,9 @@ from netsim.kernels.sensor_vertex import SensorVertex
 from netsim.parameters import NonNegative, parameters
 from netsim.trace.events import Association
 from netsim.units import s_to_ns
+
+_LAST_SENSOR = 1 << 24
+"""Above all sensors' numbers: vertices of targets come after those of sensors, and ties are settled in that order."""
 
 
 @parameters
@@ -70,8 +74,17 @@ def measurements(node: NodeHandle) -> Op[FloatArray]:
 
 
 def alone_vertex(knowledge: AssociationKnowledge, own_m: FloatArray) -> SensorVertex:
-    """The association variable of a sensor that has heard nobody's measurements."""
-    return sensor_vertex(knowledge, own_m, {sensor: np.empty((0, own_m.shape[1])) for sensor in knowledge.partners})
+    """The association variable of a sensor that has heard nobody's measurements, as the hybrid model has it.
+
+    Which of the graphical models the problem is posed in makes no difference to a sensor that decides alone.
+    """
+    targets = tuple(
+        replace(covered, vertex=_LAST_SENSOR + covered.target if len(covered.sensors) >= 3 else None)
+        for covered in knowledge.targets
+    )
+    sharing = {sensor for covered in targets for sensor in covered.sensors}
+    nobody = {sensor: np.empty((0, own_m.shape[1])) for sensor in sharing}
+    return sensor_vertex(replace(knowledge, targets=targets), own_m, nobody)
 
 
 def decide_alone(node: NodeHandle, knowledge: AssociationKnowledge, own_m: FloatArray) -> Op[IntArray]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from netsim.errors import ScenarioError
 from netsim.kernels.coverage_regions import Box
+from netsim.kernels.placement import HostingRule, Lodger, RouteCosts, message_byte, place
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.target_distribution import (
     CountingModel,
@@ -46,6 +47,11 @@ class DistributionParameters:
     """Mean number of false detections of a sensor per area it covers."""
     noise_sd: Positive = 1.0
     """Standard deviation of a sensor's reading around its number of detections."""
+    hosting: HostingRule = "nearest"
+    """Which of its covering sensors' nodes hosts a subregion's vertex: `nearest` to its centroid; `least_communication`: least
+    sum over the other covering sensors of message bytes times hops; `least_energy`: of bytes times joules a byte over the
+    route, its expected repetitions included; `load_balanced`: the fullest node has as few vertices as possible, and of such
+    placements the one of least distance."""
 
     @property
     def model(self) -> CountingModel:
@@ -124,6 +130,7 @@ def build(
     sensor_nodes: Sequence[int],
     field_m: Box,
     streams: Streams,
+    costs: RouteCosts | None = None,
 ) -> DistributionProblem:
     """Draw a problem.
 
@@ -137,6 +144,7 @@ def build(
         sensor_nodes: Their node ids, in the same order, each once.
         field_m: The field.
         streams: The run's random streams.
+        costs: What messages between the nodes cost; some rules of hosting need it.
 
     Raises:
         ScenarioError: When no sensor covers any of the field.
@@ -155,7 +163,7 @@ def build(
     instance = DistributionInstance(
         sensor_nodes=nodes,
         readings=np.array(readings, dtype=float),
-        subregions=_subregions(coverage, counts, nodes, sensors_m, parameters, streams),
+        subregions=_subregions(coverage, counts, nodes, sensors_m, parameters, streams, costs),
         model=parameters.model,
     )
     return DistributionProblem(instance, targets_m, tuple(counts))
@@ -192,9 +200,13 @@ def _subregions(
     sensors_m: FloatArray,
     parameters: DistributionParameters,
     streams: Streams,
+    costs: RouteCosts | None,
 ) -> tuple[Subregion, ...]:
-    centres = _window_centres(parameters, counts, streams)
-    homes = hosts(coverage, nodes, sensors_m)
+    windows = [
+        tuple(range(max(0, centre - parameters.window), centre + parameters.window + 1))
+        for centre in _window_centres(parameters, counts, streams)
+    ]
+    homes = hosts(parameters.hosting, coverage, windows, nodes, sensors_m, costs)
     return tuple(
         Subregion(
             vertex=len(nodes) + number,
@@ -202,9 +214,9 @@ def _subregions(
             sensors=region.sensors,
             area_m2=region.area_m2,
             centre_m=region.centre_m,
-            counts=tuple(range(max(0, centre - parameters.window), centre + parameters.window + 1)),
+            counts=window,
         )
-        for number, (region, centre) in enumerate(zip(coverage.regions, centres, strict=True))
+        for number, (region, window) in enumerate(zip(coverage.regions, windows, strict=True))
     )
 
 
@@ -215,10 +227,22 @@ def _window_centres(parameters: DistributionParameters, counts: Sequence[int], s
     return [count + int(shift) for count, shift in zip(counts, shifts, strict=True)]
 
 
-def hosts(coverage: Coverage, nodes: Sequence[int], sensors_m: FloatArray) -> tuple[int, ...]:
-    """Node that hosts each subregion: of the sensors that cover it the nearest to its centroid, of equals the first."""
-    chosen = []
-    for region in coverage.regions:
-        distances_m = np.linalg.norm(sensors_m[list(region.sensors)] - np.array(region.centre_m), axis=1)
-        chosen.append(nodes[region.sensors[int(np.argmin(distances_m))]])
-    return tuple(chosen)
+def hosts(
+    rule: HostingRule,
+    coverage: Coverage,
+    windows: Sequence[Sequence[int]],
+    nodes: Sequence[int],
+    sensors_m: FloatArray,
+    costs: RouteCosts | None,
+) -> tuple[int, ...]:
+    """Node that hosts each subregion, one of the sensors that cover it (see `netsim.kernels.placement.place`).
+
+    A message between a sensor and a subregion has an entry for each of the subregion's possible counts.
+    """
+    lodgers = []
+    for region, window in zip(coverage.regions, windows, strict=True):
+        covering = tuple(nodes[sensor] for sensor in region.sensors)
+        sizes = dict.fromkeys(covering, message_byte(len(window)))
+        lodgers.append(Lodger((region.centre_m[0], region.centre_m[1]), covering, sizes))
+    places_m = {node: (x_m, y_m) for node, (x_m, y_m) in zip(nodes, sensors_m.tolist(), strict=True)}
+    return tuple(order[0] for order in place(rule, lodgers, places_m, costs))

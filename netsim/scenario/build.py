@@ -79,11 +79,10 @@ def _problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario, a
 
 def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenario, air: Air) -> Problem:
     """Draw the scenario's problem: truth, observations, knowledge."""
-    parameters = loaded.scenario.problem
+    parameters, routes = loaded.scenario.problem, PlannedRoutes(loaded.scenario, nodes, air)
     if isinstance(parameters, AssociationParameters):
         sensing = [place for place in nodes if place.sensor is not None]
         ids = [place.id for place in sensing]
-        routes = PlannedRoutes(loaded.scenario, nodes, air)
         drawn = association.build(parameters, positions_m(sensing), ids, streams, routes)
         require_reach(drawn.instance)
         return drawn
@@ -91,7 +90,7 @@ def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenar
         sensing, field = [place for place in nodes if place.sensor is not None], loaded.scenario.field
         (left_m, low_m), ids = field.origin_m, [place.id for place in sensing]
         box_m = (left_m, low_m, left_m + field.width_m, low_m + field.height_m)
-        return target_distribution.build(parameters, positions_m(sensing), ids, box_m, streams)
+        return target_distribution.build(parameters, positions_m(sensing), ids, box_m, streams, routes)
     if isinstance(parameters, GraphParameters):
         return graph.build(parameters, [place.id for place in nodes], streams, _model_text(parameters, loaded))
     return NoProblem()

@@ -85,6 +85,15 @@ def test_the_decisions_are_the_kernels(seed):
     assert silent.end_ns == 3 * 10**9
 
 
+@pytest.mark.parametrize("graph", ["target", "sensor"])
+def test_the_graphical_model_makes_no_difference(graph):
+    instance = problem(4, false_alarms="geometric")
+    other = problem(4, false_alarms="geometric", model=graph)
+    alike = IndependentParameters()
+    assert decisions(simulate(other, alike, made=Independent).require_success()) == alone(instance)
+    assert decisions(simulate(other).require_success()) == exact(instance)
+
+
 @pytest.mark.parametrize("priors", ["once", "every"])
 def test_reports_survive_the_air(priors):
     instance = problem(3, prior_mean="drawn")

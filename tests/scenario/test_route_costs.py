@@ -120,3 +120,19 @@ def test_instances_written_before_there_was_a_choice_still_read(path):
     covered = next(c for c in old.knowledge(12).targets if c.vertex is not None)
     assert covered.candidates[0] == covered.host
     assert list(covered.candidates[1:]) == sorted(set(covered.candidates) - {covered.host})
+
+
+@pytest.mark.parametrize("hosting", ["nearest", "least_communication", "least_energy", "load_balanced"])
+def test_subregions_live_where_the_rule_says(scenarios, hosting):
+    """On ideal air all hops are alike: nearest it is, unless load is balanced."""
+    path = scenarios / "chen2006" / "target-distribution.yaml"
+    ideal = ["medium={type: ideal, delay_s: 0.001}", "mac={type: ideal}", "network={type: one-hop}"]
+    drawn = build(load(path, [f"problem.hosting={hosting}", *ideal])).problem.instance
+    nearest = build(load(path, ideal)).problem.instance
+    for subregion in drawn.subregions:
+        assert subregion.host in {drawn.sensor_nodes[sensor] for sensor in subregion.sensors}
+    hosts, usual = ([each.host for each in instance.subregions] for instance in (drawn, nearest))
+    if hosting == "load_balanced":
+        assert max(Counter(hosts).values()) <= max(Counter(usual).values())
+    else:
+        assert hosts == usual
