@@ -48,10 +48,11 @@ class DistributionParameters:
     noise_sd: Positive = 1.0
     """Standard deviation of a sensor's reading around its number of detections."""
     hosting: HostingRule = "nearest"
-    """Which of its covering sensors' nodes hosts a subregion's vertex: `nearest` to its centroid; `least_communication`: least
-    sum over the other covering sensors of message bytes times hops; `least_energy`: of bytes times joules a byte over the
-    route, its expected repetitions included; `load_balanced`: the fullest node has as few vertices as possible, and of such
-    placements the one of least distance."""
+    """Which of its covering sensors' nodes hosts a subregion's vertex.
+
+    `nearest` to its centroid; `least_communication`: least sum over the other covering sensors of message bytes times hops;
+    `least_energy`: of bytes times joules a byte over the route, its expected repetitions included; `load_balanced`: the
+    fullest node has as few vertices as possible, and of such placements the one of least distance."""
 
     @property
     def model(self) -> CountingModel:
