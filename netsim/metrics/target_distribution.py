@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from netsim.errors import ScenarioError
+from netsim.kernels.counting_exact import exact_counts
 from netsim.kernels.counting_model import count_log_prior
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.target_distribution import DistributionInstance, Subregion
@@ -39,6 +41,7 @@ class CountError:
         self._instance: DistributionInstance | None = None
         self._truth: dict[int, int] = {}
         self._beliefs: dict[int, dict[int, FloatArray]] = {}
+        self._is_max = False
 
     def handlers(self) -> Mapping[type[Any], Handler]:
         """See `Observer.handlers`."""
@@ -52,14 +55,25 @@ class CountError:
         start = {vertex: np.exp(log_belief) for vertex, log_belief in prior.items()}
         last = {vertex: rounds[max(rounds)] for vertex, rounds in self._beliefs.items()}
         told = start | last
+        exact = self._exact(self._instance)
         return {
             "subregions": len(self._instance.subregions),
             "count_error": self._error(told, _scaled) if last else None,
             "count_error_wrong": self._error(told, _wrong) if last else None,
             "count_error_prior": self._error(start, _scaled),
             "count_error_prior_wrong": self._error(start, _wrong),
+            "count_error_exact": self._error(exact, _scaled) if exact else None,
+            "count_marginal_error_linf": _farthest(last, exact) if exact and last and not self._is_max else None,
             "count_error_by_round": self._by_round(start),
         }
+
+    def _exact(self, instance: DistributionInstance) -> Beliefs:
+        """The exact marginals; empty where they are out of reach."""
+        try:
+            found = exact_counts(instance)
+        except ScenarioError:
+            return {}
+        return {each.vertex: np.exp(belief) for each, belief in zip(instance.subregions, found, strict=True)}
 
     def _error(self, beliefs: Beliefs, loss: Loss) -> float:
         """Mean over the subregions."""
@@ -85,6 +99,12 @@ class CountError:
     def _on_marginals(self, event: Marginals, _: int) -> None:
         if int(event.variable) in self._truth:
             self._beliefs.setdefault(event.variable, {})[event.round] = np.asarray(event.probability)
+            self._is_max = bool(event.is_max)
+
+
+def _farthest(beliefs: Beliefs, exact: Beliefs) -> float:
+    """Largest absolute difference of a probability."""
+    return max(float(np.abs(belief - exact[vertex]).max()) for vertex, belief in beliefs.items())
 
 
 def _expected(belief: FloatArray, losses: FloatArray) -> float:

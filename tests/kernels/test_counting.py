@@ -97,7 +97,7 @@ def test_instance_survives_json():
 @settings(max_examples=5, deadline=None)
 @given(readings=st.tuples(READING, READING, READING))
 def test_elimination_equals_listing_on_a_graph_with_cycles(readings):
-    problem = instance([(0, 1), (1, 2), (0, 1, 2)], readings, [(0, 1), (1, 2), (0, 1)])
+    problem = instance([(0, 1), (0, 1), (1,)], readings[:2], [(0, 1), (1, 2), (0, 1)])
     for found, right in zip(exact_counts(problem), exact(problem), strict=True):
         np.testing.assert_allclose(found, right, rtol=1e-10, atol=1e-10)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from netsim.kernels.counting_exact import exact_counts
 from netsim.kernels.target_distribution import CountingModel, DistributionInstance, Subregion
 from netsim.metrics.collect import metrics_of
 from netsim.trace.events import Marginals, Problem, TruthCounts
@@ -43,6 +44,15 @@ def test_equal_probabilities_share_the_answer():
     found = figures((1, [0.4, 0.4, 0.2], 3), (2, [0.0, 0.0, 0.0, 0.0, 1.0], 3), counts=(0, 5))
     assert found["count_error_wrong"] == pytest.approx(0.25)
     assert found["count_error"] == pytest.approx(1 / 3 / 2 / 2)
+
+
+def test_exact_marginals_have_no_distance_to_themselves():
+    exact = [np.exp(belief).tolist() for belief in exact_counts(instance())]
+    found = figures((1, exact[0], 3), (2, exact[1], 3))
+    assert found["count_marginal_error_linf"] == pytest.approx(0.0, abs=1e-12)
+    assert found["count_error_exact"] == pytest.approx(found["count_error"])
+    off = figures((1, exact[0], 3), (2, [0.0, 0.0, 0.0, 0.0, 1.0], 3))
+    assert off["count_marginal_error_linf"] == pytest.approx(max(1.0 - exact[1][4], *exact[1][:4]))
 
 
 def test_a_subregion_nobody_told_of_counts_with_its_prior():

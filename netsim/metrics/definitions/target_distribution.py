@@ -46,6 +46,22 @@ METRICS = grouped(
         "Problem, TruthCounts",
     ),
     (
+        "count_error_exact",
+        "1",
+        "lower",
+        "`count_error` of the exact marginals given all readings, by elimination; null where a table of more than "
+        "2,000,000 entries would be needed.",
+        "Problem, TruthCounts",
+    ),
+    (
+        "count_marginal_error_linf",
+        "1",
+        "lower",
+        "Largest absolute difference between a recorded and an exact marginal probability of a number of targets; null "
+        "where the exact ones are out of reach, and for max-product.",
+        "Marginals, Problem",
+    ),
+    (
         "count_error_by_round",
         "1",
         "",
