@@ -204,9 +204,13 @@ def draw(verdicts: Sequence[Verdict], path: Path) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    figure, axes = plt.subplots(2, len(TARGETS), figsize=(11, 6.2), sharex=True, sharey="row", layout="constrained")
+    densities = sorted({each.cell[0] for each in verdicts})
+    size = (1.5 + 3.2 * len(densities), 6.2)
+    figure, axes = plt.subplots(
+        2, len(densities), figsize=size, sharex=True, sharey="row", layout="constrained", squeeze=False
+    )
     colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(NOISE)))
-    for column, targets in enumerate(TARGETS):
+    for column, targets in enumerate(densities):
         for noise, colour in zip(NOISE, colours, strict=True):
             cells = [each for each in verdicts if each.cell[:2] == (targets, noise)]
             loss = [each.cell[2] for each in cells]
@@ -246,7 +250,7 @@ def main() -> None:
         chosen_on, scored_on = (
             Trials(pool, seed, options.repetitions) for seed in (options.choose_seed, options.score_seed)
         )
-        for cell in product(TARGETS, NOISE, LOSS):
+        for cell in product(options.targets, NOISE, LOSS):
             verdicts.append(judge(scored_on, cell, hindsight(chosen_on, cell)))
             print(" | ".join(table_of(verdicts)[-1]), file=sys.stderr, flush=True)
     rows = table_of(verdicts)
