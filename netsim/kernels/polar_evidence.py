@@ -6,7 +6,8 @@ of its likelihoods. It is summed over a uniform grid in the coordinates in which
 integrands of Gaussian width w the rectangle rule errs by about $2 \exp(-2 \pi^2 w^2 / h^2)$, 5e-9 for a spacing of h = w.
 Smoothness ends at the sensor itself, where a bearing has no value and a range a kink. As tested: 2e-6 of each evidence
 where no sensor stands within the prior's mass; where one does, 1e-4 (ranges) and 5e-4 (with bearings) of the target's
-largest evidence, so that hypotheses which are far less likely than others are known less exactly.
+largest evidence, so that hypotheses which are far less likely than others are known less exactly: with bearings near a
+sensor, 3e-3 in log evidence at a thousandth of the best one's.
 """
 
 from collections.abc import Sequence

@@ -26,6 +26,11 @@ def _scaled(subregion: Subregion, count: int) -> FloatArray:
     return np.asarray(np.abs(np.array(subregion.counts, dtype=float) - count) / len(subregion.counts))
 
 
+def _distance(subregion: Subregion, count: int) -> FloatArray:
+    """How far off, in targets."""
+    return np.asarray(np.abs(np.array(subregion.counts, dtype=float) - count))
+
+
 def _wrong(subregion: Subregion, count: int) -> FloatArray:
     return np.array([float(other != count) for other in subregion.counts])
 
@@ -60,6 +65,8 @@ class CountError:
             "subregions": len(self._instance.subregions),
             "count_error": self._error(told, _scaled) if last else None,
             "count_error_wrong": self._error(told, _wrong) if last else None,
+            "count_distance": self._error(told, _distance) if last else None,
+            "count_distance_prior": self._error(start, _distance),
             "count_error_prior": self._error(start, _scaled),
             "count_error_prior_wrong": self._error(start, _wrong),
             "count_error_exact": self._error(exact, _scaled) if exact else None,

@@ -216,7 +216,7 @@ def test_check_reads_every_variant_of_a_study(tmp_path: Path) -> None:
     assert "study.yaml:1: metrics[0]: expected the name of a metric, got `enrgy_j`; did you mean energy_j" in bad.stderr
     write(tmp_path, sweep=[{"path": "algorithm.tolerance", "values": [0, -1]}])
     bad = command("check", "study.yaml", cwd=tmp_path)
-    assert "study.yaml:1: algorithm.tolerance: expected a number >= 0, got -1" in bad.stderr
+    assert "study.yaml:1: algorithm.tolerance: expected a number >= 0 or adaptive, got -1" in bad.stderr
     assert bad.stderr.endswith("1 error\n")
 
 

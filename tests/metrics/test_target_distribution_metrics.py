@@ -27,6 +27,7 @@ def test_error_is_the_distance_over_the_number_of_states():
     found = figures((1, [0.1, 0.2, 0.7], 3), (2, [0.0, 0.6, 0.2, 0.2, 0.0], 3))
     assert found["count_error"] == pytest.approx((1 / 3 + 3 / 5) / 2)
     assert found["count_error_wrong"] == 1.0
+    assert found["count_distance"] == 2.0
     assert found["subregions"] == 2
 
 

@@ -123,7 +123,7 @@ def test_a_wrong_value_is_found_on_the_line_of_the_study(tmp_path):
     text = "sweep:\n  - path: algorithm.tolerance\n    values:\n      - 0.1\n      - -1\n      - high\n"
     found = findings_of(tmp_path, text)
     assert [line.partition(":")[0] for line in found] == ["10", "11"]
-    assert found[0].startswith("10: algorithm.tolerance: expected a number >= 0, got -1")
+    assert found[0].startswith("10: algorithm.tolerance: expected a number >= 0 or adaptive, got -1")
 
 
 def test_a_misspelt_path_is_found_on_the_line_of_the_study(tmp_path):

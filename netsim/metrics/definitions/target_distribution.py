@@ -32,6 +32,15 @@ METRICS = grouped(
         _MADE_OF,
     ),
     (
+        "count_distance",
+        "1",
+        "lower",
+        "Distance of the most probable number of targets from the true one, in targets, mean over the subregions; ties as "
+        "in `count_error`. Over 2 window + 1 it is the reading of eq 20 that gives every subregion as many states.",
+        _MADE_OF,
+    ),
+    ("count_distance_prior", "1", "lower", "`count_distance` of the prior within its window.", "Problem, TruthCounts"),
+    (
         "count_error_prior",
         "1",
         "lower",
