@@ -229,8 +229,8 @@ def build(
 
     Targets come from the stream `world/targets`, drawn prior means from `world/priors`, a node's measurements from
     `node/<id>/sensing`. Which targets a sensor covers is decided by their true positions: that the network has found it
-    out is what "organised" means. The vertex of a target covered by three or more sensors lives on the covering
-    sensor nearest its prior mean, of equals the one with the lowest node id.
+    out is what "organised" means. A target's vertex, where it has one, lives on the node of a
+    covering sensor, chosen by `parameters.hosting` (see `netsim.kernels.placement.place`) before anything is measured.
 
     Args:
         parameters: What to draw.
