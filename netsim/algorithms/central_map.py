@@ -78,6 +78,9 @@ class CentralMap:
         if knowledge is None and node.id == parameters.centre:
             message = f"node {node.id} cannot be the centre: it has no sensor, and does not know how sensors see"
             raise AlgorithmError(message)
+        if knowledge is not None and knowledge.model.measures != "position":
+            message = f"central-map sends positions, not measures: {knowledge.model.measures}: leave measures out"
+            raise AlgorithmError(message)
         elected_ns = 0 if parameters.centre is not None else s_to_ns(parameters.election_s)
         gathered_ns = elected_ns + s_to_ns(parameters.gather_s)
         end_ns = gathered_ns + s_to_ns(parameters.answer_s)
