@@ -225,7 +225,7 @@ def draw(verdicts: Sequence[Verdict], path: Path) -> None:
     axes[1, 0].set_ylim(bottom=0.0)
     axes[0, 0].set_ylabel("error above max-product's,\nin its standard errors")
     axes[1, 0].set_ylabel("messages over those of the\nhindsight tolerance")
-    axes[0, -1].legend(title="", fontsize=8)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(NOISE))
     figure.suptitle("Adaptive tolerance: at or below the dashed lines is within the bounds", fontsize=11)
     figure.savefig(path, dpi=130)
 
