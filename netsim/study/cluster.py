@@ -188,5 +188,6 @@ def _quieten() -> None:
     """Dask's own log would tell of lost connections line by line, beside our one line."""
     import logging
 
-    for name in ("distributed", "distributed.client", "distributed.comm", "tornado", "asyncio"):
+    names = ("distributed", "distributed.client", "distributed.comm", "tornado", "tornado.application", "asyncio")
+    for name in names:  # each by itself: Dask gives some of them levels of their own
         logging.getLogger(name).setLevel(logging.CRITICAL)
