@@ -93,11 +93,20 @@ def _tracking(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield f"identities right, of {figures['identities']} beliefs", _percent(figures["identity_accuracy"])
 
 
+def _proved(figures: Mapping[str, Any]) -> Iterator[Row]:
+    """Whether tree-reweighted max-product proved its answer."""
+    if "map_proved" in figures:
+        share = figures["map_proved_share"]
+        part = "" if figures["map_proved"] or share is None else f" ({_percent(share)} of the vertices are)"
+        yield "most probable answer", "proved MAP" if figures["map_proved"] else f"not proved{part}"
+
+
 def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "graph_messages_per_sensor" in figures:
         yield "graph messages per sensor", _number(figures["graph_messages_per_sensor"])
     if "graph_messages_until_convergence_per_sensor" in figures:
         yield "  until settled", _number(figures["graph_messages_until_convergence_per_sensor"])
+    yield from _proved(figures)
     yield "radio messages", _counted(figures["radio_messages"], figures["radio_messages_by_kind"])
     yield "  unicasts delivered", _percent(figures["delivery_ratio_unicast"])
     if figures["drops_by_reason"]:

@@ -92,3 +92,10 @@ def test_tracking_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) ->
     lost = told(quiet, {**figures, "position_error_mean_m": None, "estimates_unassigned": 40, "nees_estimates": 0})
     assert lost["position error, mean of 40 estimates"] == "-"
     assert lost["of tracks that follow no target, left out"] == "40"
+
+
+def test_what_was_proved_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    assert told(quiet, {"map_proved": 1, "map_proved_share": 1.0})["most probable answer"] == "proved MAP"
+    part = told(quiet, {"map_proved": 0, "map_proved_share": 0.25})["most probable answer"]
+    assert part == "not proved (25.00 % of the vertices are)"
+    assert "most probable answer" not in told(quiet, {})
