@@ -9,6 +9,8 @@ from typing import Any, Literal
 
 from netsim.algorithms.central_map import CentralMap, CentralMapParameters
 from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsParameters
+from netsim.algorithms.idsq import Idsq
+from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.independent import Independent, IndependentParameters
 from netsim.algorithms.message_passing import MessagePassing
 from netsim.algorithms.message_passing_parameters import (
@@ -28,6 +30,7 @@ from netsim.parameters import parameters
 GRAPHICAL = ("association", "factor-graph", "target-distribution")
 """Problems with a graphical model."""
 
+LIU_2002 = "Liu, Reich, Zhao, EURASIP J. Applied Signal Processing 2003:4 (2003) 378-391, manuscript of 2002"
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
 
 
@@ -116,6 +119,14 @@ SHIPPED: Mapping[str, Entry] = {
             "all measurements to one node, which solves the whole association exactly and tells each its part",
             f"{CHEN_2006}, eq 6; solved by HiGHS (Huangfu and Hall 2018)",
             ("association",),
+        ),
+        Entry(
+            "idsq",
+            IdsqParameters,
+            Idsq,
+            "information-driven tracking: the belief is handed from leader to leader over the air",
+            f"{LIU_2002}, Table 1",
+            ("tracking",),
         ),
         Entry(
             "neighbour-traffic",

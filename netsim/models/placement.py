@@ -33,8 +33,9 @@ class GridPlacement:
     """How many along y."""
     columns: PositiveInt
     """How many along x."""
-    spacing_m: Positive
-    """Distance between neighbours in a row or column."""
+    spacing_m: Positive | None = None
+    """Distance between neighbours in a row or column; by default the nodes stand in the middles of equal cells
+    that fill the field."""
     origin_m: PointM | None = None
     """Position of the first node; by default the grid is centred in the field."""
 
@@ -49,8 +50,9 @@ class JitteredGridPlacement:
     """How many along y."""
     columns: PositiveInt
     """How many along x."""
-    spacing_m: Positive
-    """Distance between neighbours in a row or column, before the errors."""
+    spacing_m: Positive | None = None
+    """Distance between neighbours in a row or column, before the errors; by default the nodes stand in the middles of equal
+    cells that fill the field."""
     jitter_sd_m: NonNegative
     """Standard deviation of the error along each axis."""
     origin_m: PointM | None = None
@@ -153,18 +155,17 @@ class _Draws:
 
 
 def _grid(parameters: GridPlacement | JitteredGridPlacement, field_m: FieldM) -> list[PointM]:
-    rows, columns, spacing_m = parameters.rows, parameters.columns, parameters.spacing_m
+    rows, columns = parameters.rows, parameters.columns
+    x_m, y_m, width_m, height_m = field_m
+    across_m, up_m = width_m / columns, height_m / rows
+    if parameters.spacing_m is not None:
+        across_m = up_m = parameters.spacing_m
     if parameters.origin_m is None:
-        x_m, y_m, width_m, height_m = field_m
-        first_x_m = x_m + (width_m - (columns - 1) * spacing_m) / 2
-        first_y_m = y_m + (height_m - (rows - 1) * spacing_m) / 2
+        first_x_m = x_m + (width_m - (columns - 1) * across_m) / 2
+        first_y_m = y_m + (height_m - (rows - 1) * up_m) / 2
     else:
         first_x_m, first_y_m = parameters.origin_m
-    return [
-        (first_x_m + column * spacing_m, first_y_m + row * spacing_m)
-        for row in range(rows)
-        for column in range(columns)
-    ]
+    return [(first_x_m + column * across_m, first_y_m + row * up_m) for row in range(rows) for column in range(columns)]
 
 
 def _jittered(points: Sequence[PointM], sd_m: float, draws: _Draws) -> list[PointM]:

@@ -146,7 +146,11 @@ class AssociationProblem:
         sensor = self._sensor(node)
         return None if sensor is None else self.instance.knowledge(sensor)
 
-    def observe(self, node: int) -> FloatArray:
+    def later_truth(self, end_ns: int) -> Sequence[tuple[int, Event]]:
+        """Nothing: the truth stays as it is."""
+        return ()
+
+    def observe(self, node: int, time_ns: int) -> FloatArray:
         """The position measurements of a node, in metres, shape (q, 2), in no telling order.
 
         Raises:

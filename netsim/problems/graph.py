@@ -83,7 +83,11 @@ class GraphProblem:
         met = sorted({other for vertex in mine for other in (vertex.id, *vertex.neighbours)})
         return GraphKnowledge(node, mine, {vertex: hosts[vertex] for vertex in met})
 
-    def observe(self, node: int) -> FloatArray:
+    def later_truth(self, end_ns: int) -> Sequence[tuple[int, Event]]:
+        """Nothing: the truth stays as it is."""
+        return ()
+
+    def observe(self, node: int, time_ns: int) -> FloatArray:
         """Nodes have nothing to observe here.
 
         Raises:

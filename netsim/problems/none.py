@@ -40,6 +40,10 @@ class NoProblem:
         """See `Problem.knowledge`."""
         return
 
-    def observe(self, node: int) -> FloatArray:
+    def later_truth(self, end_ns: int) -> Sequence[tuple[int, Event]]:
+        """Nothing: the truth stays as it is."""
+        return ()
+
+    def observe(self, node: int, time_ns: int) -> FloatArray:
         """See `Problem.observe`."""
         return np.empty(0)

@@ -1,6 +1,6 @@
 """What the simulator asks of a problem, whatever its kind."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 from netsim.kernels.semiring import FloatArray
@@ -31,8 +31,12 @@ class Problem(Protocol):
         """The frozen record a node is given at the start; None for a node that has no part in the problem."""
         ...
 
-    def observe(self, node: int) -> FloatArray:
-        """What the node's sensor reads.
+    def later_truth(self, end_ns: int) -> Iterable[tuple[int, Event]]:
+        """How the truth goes on: events with their times in ns after 0, ascending, none after `end_ns`."""
+        ...
+
+    def observe(self, node: int, time_ns: int) -> FloatArray:
+        """What the node's sensor reads at a time. The same node at the same time reads the same, whoever asks, and when.
 
         Raises:
             ScenarioError: When the node has no sensor.

@@ -97,7 +97,11 @@ class DistributionProblem:
         sensor = self._sensor(node)
         return None if sensor is None else self.instance.knowledge(sensor)
 
-    def observe(self, node: int) -> FloatArray:
+    def later_truth(self, end_ns: int) -> Sequence[tuple[int, Event]]:
+        """Nothing: the truth stays as it is."""
+        return ()
+
+    def observe(self, node: int, time_ns: int) -> FloatArray:
         """The noisy number of detections that a node's sensor reads, shape (1,).
 
         Raises:

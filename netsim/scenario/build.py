@@ -9,12 +9,13 @@ import numpy as np
 from netsim.api import Algorithm
 from netsim.errors import InvariantError, ScenarioError
 from netsim.kernels.association_reach import require_reach
-from netsim.problems import association, graph, target_distribution
+from netsim.problems import association, graph, target_distribution, tracking
 from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
 from netsim.problems.target_distribution import DistributionParameters
+from netsim.problems.tracking import TrackingParameters
 from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
 from netsim.scenario.links import Air, air_between
@@ -33,6 +34,7 @@ from netsim.sim.mobility import Mobility
 from netsim.sim.node import Identity, Node, Service
 from netsim.sim.simulation import Member, Simulation
 from netsim.sim.tasks import place_of
+from netsim.sim.truth import Truth
 from netsim.trace.events import Event, FieldInfo, NodeTable
 from netsim.trace.events import Problem as ProblemEvent
 from netsim.trace.recorder import Observer, Recorder
@@ -87,13 +89,22 @@ def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenar
         require_reach(drawn.instance)
         return drawn
     if isinstance(parameters, DistributionParameters):
-        sensing, field = [place for place in nodes if place.sensor is not None], loaded.scenario.field
-        (left_m, low_m), ids = field.origin_m, [place.id for place in sensing]
-        box_m = (left_m, low_m, left_m + field.width_m, low_m + field.height_m)
+        sensing = [place for place in nodes if place.sensor is not None]
+        ids, box_m = [place.id for place in sensing], _box_m(loaded)
         return target_distribution.build(parameters, positions_m(sensing), ids, box_m, streams, routes)
+    if isinstance(parameters, TrackingParameters):
+        places_m = {place.id: (place.x_m, place.y_m) for place in nodes if place.sensor is not None}
+        return tracking.build(parameters, places_m, _box_m(loaded), streams, loaded.folder)
     if isinstance(parameters, GraphParameters):
         return graph.build(parameters, [place.id for place in nodes], streams, _model_text(parameters, loaded))
     return NoProblem()
+
+
+def _box_m(loaded: LoadedScenario) -> tuple[float, float, float, float]:
+    """The field: low x, low y, high x, high y."""
+    field = loaded.scenario.field
+    left_m, low_m = field.origin_m
+    return left_m, low_m, left_m + field.width_m, low_m + field.height_m
 
 
 def _model_text(parameters: GraphParameters, loaded: LoadedScenario) -> str | None:
@@ -147,6 +158,7 @@ class _Builder:
         for place in self._places:
             simulation.add(self._member(place, simulation.node_ended))
         self._set_in_motion(simulation)
+        Truth(self._clock, self._recorder, self._problem.later_truth(simulation.horizon_ns))
         self._faults.install(simulation, self._medium)
         return Built(simulation, self._problem)
 
@@ -222,7 +234,7 @@ class _Builder:
 
     def _identity(self, place: Place) -> Identity:
         problem = self._problem
-        observe = lambda: np.asarray(problem.observe(place.id), dtype=float)  # noqa: E731
+        observe = lambda: np.asarray(problem.observe(place.id, self._clock.now_ns), dtype=float)  # noqa: E731
         return Identity(
             id=place.id,
             name=place.name,

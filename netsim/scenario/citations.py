@@ -7,12 +7,12 @@ kind of record without a citation fails a test.
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from netsim.algorithms.registry import CHEN_2006
+from netsim.algorithms.registry import CHEN_2006, LIU_2002
 from netsim.metrics.lifetime import DutyPlan
-from netsim.models import batteries, fading, first_order, harvest, lora, media, modulation, noise, placement
+from netsim.models import batteries, fading, first_order, harvest, lora, media, modulation, noise, placement, tracks
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
-from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution
+from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution, tracking
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.scenario.schema import CapacityBattery, DeviceBattery, MainsPower
@@ -53,6 +53,11 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     association.AssociationParameters: Cited("problem", f"{CHEN_2006}, sections 3 and 6.1"),
     graph.GraphParameters: Cited("problem", f"{OWN}; the pairwise form as in {CHEN_2006}, eqs 2 to 5"),
     target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
+    tracking.TrackingParameters: Cited("problem", f"{LIU_2002}, sections 2 to 5"),
+    tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
+    tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
+    tracking.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
+    tracks.StraightTrack: Cited("track", f"{LIU_2002}, section 5.1"),
     **_own("problem", NoProblemParameters),
     coverage.DiscCoverage: Cited("coverage", f"{CHEN_2006}, section 4.1"),
     **_own("coverage", coverage.CellCoverage),
@@ -137,6 +142,9 @@ CITED: Final[Mapping[type[Any], Cited]] = {
 """By the class of the record, or of the model that a device table chooses."""
 
 NAMES: Final[Mapping[type[Any], str]] = {
+    tracking.AcousticTarget: "sound source",
+    tracking.AssumedAmplitude: "amplitude",
+    tracking.AssumedBearing: "direction of arrival",
     modulation.OQpsk: "o-qpsk",
     modulation.NcFsk: "nc-fsk",
     modulation.Cc2420Fit: "cc2420-fit",

@@ -20,6 +20,7 @@ from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.problems.target_distribution import DistributionParameters
+from netsim.problems.tracking import TrackingParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.sim.budget import BudgetParameters
 from netsim.sim.duty_cycle import DutyCycleParameters
@@ -36,7 +37,9 @@ from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 
 MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters | LplParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters | GeographicParameters | CollectionParameters
-ProblemParameters = AssociationParameters | GraphParameters | DistributionParameters | NoProblemParameters
+ProblemParameters = (
+    AssociationParameters | GraphParameters | DistributionParameters | TrackingParameters | NoProblemParameters
+)
 
 
 Fidelity = Literal["ideal", "prr", "sinr", "csma", "lpl"]

@@ -22,9 +22,11 @@ from netsim.sim.tasks import Operation, RunningTask, SentMessage, started
 from netsim.trace.events import (
     AlgorithmRecord,
     Association,
+    Belief,
     Estimate,
     Event,
     GraphMessages,
+    Handoff,
     Identity,
     Log,
     Marginals,
@@ -39,7 +41,7 @@ MOST_RATE_PPB = 1_000_000
 MOST_HOPS = 255
 MOST_TOGETHER = 24
 """Destinations of one multicast frame: their ids take 49 bytes of it."""
-RECORDABLE = (AlgorithmRecord, Association, Estimate, GraphMessages, Identity, Marginals, Role)
+RECORDABLE = (AlgorithmRecord, Association, Belief, Estimate, GraphMessages, Handoff, Identity, Marginals, Role)
 """What an algorithm may put into the trace besides log lines."""
 
 

@@ -304,7 +304,7 @@ class Problem:
 
     topic: ClassVar[str] = "/problem"
     kind: Text
-    """`association`, `factor-graph`, `target-distribution`, `none`."""
+    """`association`, `factor-graph`, `target-distribution`, `tracking`, `none`."""
     content_json: Text
 
 
@@ -429,6 +429,47 @@ class Identity:
 
 
 @dataclass(frozen=True, slots=True)
+class Belief:
+    """A node's belief of where a track's target is, on a grid of square cells."""
+
+    topic: ClassVar[str] = "/beliefs"
+    node: U32
+    target: U32
+    """Number of the track, as in `Estimate.target`."""
+    step: U32
+    """Number of the track's measurement instant."""
+    origin_x_m: F64
+    """Lower left corner of the grid's first cell."""
+    origin_y_m: F64
+    cell_m: F64
+    columns: U32
+    cell: U32Array
+    """Cells of nonzero probability, row by row: row * columns + column."""
+    probability: F64Array
+
+
+@dataclass(frozen=True, slots=True)
+class Handoff:
+    """A leader chose the next leader of a track and begins to hand the belief over."""
+
+    topic: ClassVar[str] = "/handoffs"
+    node: U32
+    target: U32
+    """Number of the track."""
+    step: U32
+    destination: U32
+    candidate: U32Array
+    """Among whom it chose."""
+    utility: F64Array
+    """What spoke for each of them; the greatest was chosen (mutual information: bits)."""
+    form: Text
+    """How the belief was laid out: `grid`, `gaussian`, `mixture`."""
+    payload_byte: U32
+    divergence_bit: F64
+    """What the layout lost: Kullback-Leibler divergence of the belief from what the receiver decodes."""
+
+
+@dataclass(frozen=True, slots=True)
 class Role:
     """A node took or left a role, such as `leader`."""
 
@@ -491,6 +532,8 @@ Event = (
     | Marginals
     | Estimate
     | Identity
+    | Belief
+    | Handoff
     | Role
     | AlgorithmRecord
     | Log

@@ -87,11 +87,11 @@ def test_streams_are_apart():
         assert set(map(tuple, a)) <= set(map(tuple, b))
     for a, b in zip(loose.instance.measurements_m, base.instance.measurements_m, strict=True):
         assert set(map(tuple, a)) <= set(map(tuple, b))
-    assert drawn(false_alarms="geometric").observe(105).tobytes() == base.observe(105).tobytes()
+    assert drawn(false_alarms="geometric").observe(105, 0).tobytes() == base.observe(105, 0).tobytes()
     places = ListedTargets(positions_m=((1.0, 1.0), (7.0, 3.0)))
     few = build(AssociationParameters(targets=places), GRID_M[:3], NODES[:3], Streams(1))
     more = build(AssociationParameters(targets=places), GRID_M[:9], NODES[:9], Streams(1))
-    assert few.observe(101).tobytes() == more.observe(101).tobytes()
+    assert few.observe(101, 0).tobytes() == more.observe(101, 0).tobytes()
 
 
 def test_seeds_decide():
@@ -132,7 +132,7 @@ def test_nodes_without_a_sensor():
     problem = drawn()
     assert problem.knowledge(3) is None
     with pytest.raises(ScenarioError, match="no sensor"):
-        problem.observe(3)
+        problem.observe(3, 0)
 
 
 def test_no_sensor_no_targets():
@@ -150,7 +150,7 @@ def test_truth_is_in_the_events_and_not_in_the_knowledge():
     assert [event.node for event in origins] == NODES
     for event, origin in zip(origins, problem.origins, strict=True):
         assert event.target == origin.tolist()
-        np.testing.assert_array_equal(np.column_stack([event.x_m, event.y_m]), problem.observe(event.node))
+        np.testing.assert_array_equal(np.column_stack([event.x_m, event.y_m]), problem.observe(event.node, 0))
     told = repr([problem.knowledge(node) for node in NODES]) + problem.instance_json()
     for x_m, y_m in problem.targets_m.tolist():
         assert repr(x_m) not in told
@@ -159,9 +159,9 @@ def test_truth_is_in_the_events_and_not_in_the_knowledge():
 
 def test_observations_are_copies():
     problem = drawn()
-    before = problem.observe(106).copy()
-    problem.observe(106)[:] = 0.0
-    np.testing.assert_array_equal(problem.observe(106), before)
+    before = problem.observe(106, 0).copy()
+    problem.observe(106, 0)[:] = 0.0
+    np.testing.assert_array_equal(problem.observe(106, 0), before)
 
 
 def test_parameters_are_checked_by_the_schema():

@@ -125,7 +125,7 @@ def test_nothing_to_observe_and_no_truth():
     problem = build(GraphParameters(), [0], Streams(1))
     assert problem.truth_events() == ()
     with pytest.raises(ScenarioError, match="nothing to observe"):
-        problem.observe(0)
+        problem.observe(0, 0)
 
 
 def test_parameters_are_checked_by_the_schema():

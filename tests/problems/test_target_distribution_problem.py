@@ -84,7 +84,7 @@ def test_node_without_sensor_has_no_part():
     problem = drawn()
     assert problem.knowledge(99) is None
     with pytest.raises(ScenarioError, match="node 99 has no sensor"):
-        problem.observe(99)
+        problem.observe(99, 0)
 
 
 def test_nothing_covered_is_refused():

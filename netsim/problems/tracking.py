@@ -1,0 +1,313 @@
+"""Tracking of sound sources by acoustic sensors (Liu, Reich, Zhao 2002, sections 2 to 5)."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import MinLen
+
+from netsim.errors import ScenarioError
+from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
+from netsim.kernels.grid_belief import Grid, grid_over
+from netsim.kernels.semiring import FloatArray
+from netsim.kernels.tracking_model import TrackingKnowledge
+from netsim.models.tracks import StraightTrack, Track, track_of
+from netsim.parameters import NonNegative, NonNegativeInt, Positive, Probability, parameters
+from netsim.problems.problem import placement
+from netsim.rng import Streams
+from netsim.trace.events import Event, TruthTargets, VariablePlacement
+from netsim.units import s_to_ns
+
+Box = tuple[float, float, float, float]
+
+
+@parameters
+class AcousticTarget:
+    """A sound source that moves."""
+
+    track: StraightTrack
+    """Its way."""
+    amplitude: Positive = 40.0
+    """Rms amplitude at 1 m."""
+
+
+@parameters
+class AssumedAmplitude:
+    """What trackers assume of amplitude sensors (eq 6)."""
+
+    low: NonNegative = 0.0
+    """Least amplitude of a source at 1 m."""
+    high: Positive = 80.0
+    """Greatest."""
+    noise_sd: Positive = 0.1
+    """Standard deviation of the noise; the paper takes twice the true one, for outliers."""
+    least_range_m: Positive = 0.5
+    """Ranges below this count as this."""
+
+
+@parameters
+class AssumedBearing:
+    """What trackers assume of direction-of-arrival sensors (eq 11, Fig. 6)."""
+
+    noise_sd_deg: Positive = 10.0
+    """Standard deviation between the near and the far range."""
+    near_m: Positive = 20.0
+    """Below this range it grows linearly as the range shrinks."""
+    far_m: Positive = 100.0
+    """Above this range it grows linearly."""
+    noise_sd_at_zero_deg: Positive = 45.0
+    """At range 0; the paper shows no number."""
+    growth_deg_per_m: NonNegative = 0.5
+    """Beyond the far range; the paper shows no number."""
+
+
+@parameters
+class TrackingParameters:
+    """Tracking: nodes with acoustic sensors follow moving sound sources."""
+
+    type: Literal["tracking"] = "tracking"
+    """Kind of problem."""
+    targets: Annotated[tuple[AcousticTarget, ...], MinLen(1)]
+    """What moves."""
+    bearing_share: Probability = 0.3
+    """Share of the sensors that measure the direction of arrival; the others measure the amplitude."""
+    amplitude_noise_sd: NonNegative = 0.05
+    """Standard deviation of the true noise of amplitudes."""
+    bearing_noise_sd_deg: NonNegative = 3.0
+    """Standard deviation of the true noise of bearings."""
+    reading_s: Positive = 0.5
+    """Time between two readings; a sensor that is read twice within it has the same noise."""
+    amplitude: AssumedAmplitude = AssumedAmplitude()
+    """Model of the amplitude sensors."""
+    bearing: AssumedBearing = AssumedBearing()
+    """Model of the direction-of-arrival sensors."""
+    max_speed_m_per_s: Positive = 15.0
+    """Greatest speed of a target that trackers assume."""
+    cell_m: Positive = 5.0
+    """Side of the belief's cells, which cover the field."""
+    neighbourhood_m: Positive = 40.0
+    """Range within which nodes hand over to each other."""
+    least_neighbours: NonNegativeInt = 2
+    """The nearest so many are neighbours whatever their distance."""
+    first_leader: Literal["loudest", "none"] = "loudest"
+    """`loudest`: the amplitude sensor with the highest reading at time 0 is told that it leads (of all nodes, the one
+    at the loudest place, where there is no amplitude sensor); `none`: the network finds out by itself."""
+    watchdogs: Literal["none", "border", "all"] = "none"
+    """Nodes that watch for targets while nobody tracks: those within `border_m` of the field's edge, or all."""
+    border_m: Positive = 25.0
+    """Width of the watched border."""
+    cut_off_m: Positive = 50.0
+    """From this distance on a track does not follow a target, for the metrics."""
+
+    def __post_init__(self) -> None:
+        """Amplitudes in order."""
+        if self.amplitude.low >= self.amplitude.high:
+            message = "amplitude.low below amplitude.high"
+            raise ValueError(message)
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingProblem:
+    """A problem with its truth.
+
+    Attributes:
+        parameters: As in the scenario.
+        sensors: Every sensor by node, ascending.
+        grid: Cells of the belief.
+        tracks: Ways of the targets.
+        first_leader: Node that is told that it leads; None for none.
+        watchdogs: Nodes that watch.
+        streams: Where noise comes from: a reading of node k in interval i from `node/<k>/sensing/<i>`.
+    """
+
+    parameters: TrackingParameters
+    sensors: Mapping[int, SensorSpec]
+    grid: Grid
+    tracks: tuple[Track, ...]
+    first_leader: int | None
+    watchdogs: frozenset[int]
+    streams: Streams
+
+    @property
+    def kind(self) -> str:
+        """`tracking`."""
+        return "tracking"
+
+    def instance_json(self) -> str:
+        """Sensors and grid, without targets."""
+        sensors = [
+            {"node": node, "x_m": spec.position_m[0], "y_m": spec.position_m[1], "measures": _measures(spec)}
+            for node, spec in self.sensors.items()
+        ]
+        parameters, grid = self.parameters, self.grid
+        content = {
+            "sensors": sensors,
+            "grid": {"origin_m": grid.origin_m, "cell_m": grid.cell_m, "columns": grid.columns, "rows": grid.rows},
+            "reading_s": parameters.reading_s,
+            "neighbourhood_m": parameters.neighbourhood_m,
+            "least_neighbours": parameters.least_neighbours,
+            "cut_off_m": parameters.cut_off_m,
+        }
+        return json.dumps(content)
+
+    def truth_events(self) -> Sequence[Event]:
+        """Where the targets are at time 0."""
+        return [self._truth(0)]
+
+    def later_truth(self, end_ns: int) -> Iterable[tuple[int, Event]]:
+        """Where the targets are at every reading, and when one enters or leaves."""
+        step_ns = s_to_ns(self.parameters.reading_s)
+        turns = {time_ns for track in self.tracks for time_ns in (*track.times_ns, track.times_ns[-1] + 1)}
+        times_ns = {*range(step_ns, end_ns + 1, step_ns), *(time_ns for time_ns in turns if 0 < time_ns <= end_ns)}
+        return ((time_ns, self._truth(time_ns)) for time_ns in sorted(times_ns))
+
+    def placement_event(self) -> VariablePlacement:
+        """No graphical model."""
+        return placement({}, {}, ())
+
+    def knowledge(self, node: int) -> TrackingKnowledge:
+        """What a node knows at the start."""
+        parameters, own = self.parameters, self.sensors.get(node)
+        others = {other: spec for other, spec in self.sensors.items() if other != node}
+        if own is not None:
+            others = self._near(own, others)
+        return TrackingKnowledge(
+            sensor=own,
+            others=others,
+            neighbourhood_m=parameters.neighbourhood_m,
+            least_neighbours=parameters.least_neighbours,
+            grid=self.grid,
+            reading_s=parameters.reading_s,
+            max_speed_m_per_s=parameters.max_speed_m_per_s,
+            leads_first=node == self.first_leader,
+            is_watchdog=node in self.watchdogs,
+        )
+
+    def observe(self, node: int, time_ns: int) -> FloatArray:
+        """An amplitude, or a bearing in radians from north clockwise; shape (1,).
+
+        Incoherent sources add up in power; a bearing is that of the loudest source at the sensor, and anywhere without one.
+
+        Raises:
+            ScenarioError: When the node has no sensor.
+        """
+        if node not in self.sensors:
+            text = f"node {node} has no sensor to observe with"
+            raise ScenarioError(text)
+        return np.array([self._reading(node, time_ns)])
+
+    def loudness(self, node: int, time_ns: int) -> float:
+        """True rms amplitude at a sensor."""
+        return math.hypot(*self._sources(self.sensors[node], time_ns)[0])
+
+    def _reading(self, node: int, time_ns: int) -> float:
+        spec, parameters = self.sensors[node], self.parameters
+        interval = time_ns // s_to_ns(parameters.reading_s)
+        rng = self.streams.generator(f"node/{node}/sensing/{interval}")
+        loudness, bearings = self._sources(spec, time_ns)
+        if not spec.measures_bearing:
+            return math.hypot(*loudness) + parameters.amplitude_noise_sd * float(rng.standard_normal())
+        error = math.radians(parameters.bearing_noise_sd_deg) * float(rng.standard_normal())
+        anywhere = math.pi * (2.0 * float(rng.random()) - 1.0)
+        bearing = bearings[loudness.index(max(loudness))] + error if loudness else anywhere
+        return (bearing + math.pi) % (2.0 * math.pi) - math.pi
+
+    def _sources(self, spec: SensorSpec, time_ns: int) -> tuple[list[float], list[float]]:
+        """Amplitude and bearing of every target that is there, at a sensor."""
+        loudness, bearings = [], []
+        for target, track in zip(self.parameters.targets, self.tracks, strict=True):
+            place_m = track.at(time_ns)
+            if place_m is not None:
+                offset_m = np.subtract(place_m, spec.position_m)
+                range_m = max(math.hypot(*offset_m), self.parameters.amplitude.least_range_m)
+                loudness.append(target.amplitude / range_m)
+                bearings.append(float(bearing_rad(offset_m)))
+        return loudness, bearings
+
+    def _truth(self, time_ns: int) -> TruthTargets:
+        places = {number: track.at(time_ns) for number, track in enumerate(self.tracks)}
+        there = {number: place for number, place in places.items() if place is not None}
+        return TruthTargets(list(there), [x for x, _ in there.values()], [y for _, y in there.values()])
+
+    def _near(self, own: SensorSpec, others: Mapping[int, SensorSpec]) -> dict[int, SensorSpec]:
+        parameters = self.parameters
+        distance_m = {node: math.dist(own.position_m, spec.position_m) for node, spec in others.items()}
+        order = sorted(others, key=lambda node: (distance_m[node], node))
+        least = parameters.least_neighbours + 1
+        count = max(least, sum(distance <= parameters.neighbourhood_m for distance in distance_m.values()))
+        return {node: others[node] for node in order[:count]}
+
+
+def _measures(spec: SensorSpec) -> str:
+    return "bearing" if spec.measures_bearing else "amplitude"
+
+
+def build(
+    parameters: TrackingParameters,
+    positions_m: Mapping[int, tuple[float, float]],
+    field_m: Box,
+    streams: Streams,
+    folder: Path,
+) -> TrackingProblem:
+    """Draw a problem.
+
+    Args:
+        parameters: What to draw.
+        positions_m: Positions of the nodes that have a sensor, by node.
+        field_m: The field: low x, low y, high x, high y.
+        streams: The run's random streams; which sensors measure bearings follows from `node/<id>/modality`.
+        folder: What files are relative to.
+
+    Raises:
+        ScenarioError: Without sensors, or for a track's file that is wrong.
+    """
+    if not positions_m:
+        text = "no node has a sensor, so there is nobody to track"
+        raise ScenarioError(text)
+    nodes = sorted(positions_m)
+    draws = {node: float(streams.generator(f"node/{node}/modality").random()) for node in nodes}
+    bearing = set(sorted(nodes, key=draws.__getitem__)[: round(parameters.bearing_share * len(nodes))])
+    amplitude_model, bearing_model = _models(parameters)
+    sensors = {
+        node: SensorSpec(positions_m[node], bearing_model if node in bearing else amplitude_model) for node in nodes
+    }
+    tracks = tuple(
+        track_of(target.track, number, field_m, streams, folder) for number, target in enumerate(parameters.targets)
+    )
+    watchdogs = frozenset(node for node in nodes if _watches(parameters, positions_m[node], field_m))
+    grid = grid_over(field_m, parameters.cell_m)
+    problem = TrackingProblem(parameters, sensors, grid, tracks, None, watchdogs, streams)
+    if parameters.first_leader == "none":
+        return problem
+    return TrackingProblem(parameters, sensors, grid, tracks, _loudest(problem), watchdogs, streams)
+
+
+def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingModel]:
+    amplitude, bearing = parameters.amplitude, parameters.bearing
+    return AmplitudeModel(amplitude.low, amplitude.high, amplitude.noise_sd, amplitude.least_range_m), BearingModel(
+        math.radians(bearing.noise_sd_deg),
+        bearing.near_m,
+        bearing.far_m,
+        math.radians(bearing.noise_sd_at_zero_deg),
+        math.radians(bearing.growth_deg_per_m),
+    )
+
+
+def _watches(parameters: TrackingParameters, place_m: tuple[float, float], field_m: Box) -> bool:
+    if parameters.watchdogs != "border":
+        return parameters.watchdogs == "all"
+    low_x, low_y, high_x, high_y = field_m
+    inside_m = min(place_m[0] - low_x, high_x - place_m[0], place_m[1] - low_y, high_y - place_m[1])
+    return inside_m <= parameters.border_m
+
+
+def _loudest(problem: TrackingProblem) -> int:
+    """The amplitude sensor with the highest reading at time 0; of all nodes the loudest place where there is none."""
+    listening = [node for node, spec in problem.sensors.items() if not spec.measures_bearing]
+    if listening:
+        return max(listening, key=lambda node: float(problem.observe(node, 0)[0]))
+    return max(problem.sensors, key=lambda node: problem.loudness(node, 0))
