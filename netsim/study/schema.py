@@ -81,7 +81,7 @@ class Axis:
     """Paths that change together, each with its list of values: the first of each list, then the second, ..."""
     cases: Annotated[tuple[Case, ...], MinLen(1)] | None = None
     """Named alternatives: algorithms, radios or whole scenarios side by side."""
-    labels: tuple[Name, ...] | None = None
+    labels: tuple[Name | int | float, ...] | None = None
     """What each place on the axis is called, where its value is no good name."""
 
     def __post_init__(self) -> None:
