@@ -9,6 +9,7 @@ from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
+from netsim.metrics.leaders import Leaders
 from netsim.metrics.life import Life
 from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
@@ -16,6 +17,7 @@ from netsim.metrics.placement import PlacementCost
 from netsim.metrics.protocol import Conversations
 from netsim.metrics.target_distribution import CountError
 from netsim.metrics.tracking import Tracking
+from netsim.metrics.tracking_beliefs import Beliefs, EstimateErrors, Handoffs
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
 from netsim.trace.recorder import Observer, Recorder
@@ -39,6 +41,10 @@ class Metrics:
             Optimality(),
             CountError(),
             Tracking(),
+            EstimateErrors(),
+            Beliefs(),
+            Handoffs(),
+            Leaders(),
             Traffic(),
             self._energy,
             Clocks(),

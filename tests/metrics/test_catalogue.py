@@ -46,7 +46,16 @@ def test_what_scenarios_give_is_what_is_defined(figures: list[dict[str, object]]
 
 
 def test_names_end_in_the_unit(figures: list[dict[str, object]]) -> None:
-    endings = {"s": "_s", "J": "_j", "byte": "_byte", "nat": "_nat", "m": "_m", "day": "_days"}
+    endings = {
+        "s": "_s",
+        "J": "_j",
+        "byte": "_byte",
+        "nat": "_nat",
+        "m": "_m",
+        "m2": "_m2",
+        "bit": "_bit",
+        "day": "_days",
+    }
     for name, metric in CATALOGUE.items():
         assert (metric.unit == "") == (name in NO_NUMBER), name
         if metric.unit in endings:
