@@ -90,7 +90,7 @@ class _Tracker:
         """Lead the first track: from a uniform belief, without a reading of step 0."""
         held = Held(0, 0, uniform(self._knowledge.grid), None)
         self._tell(held)
-        yield from self.lead(held)
+        yield from self.lead(held, at_once=self._parameters.first_step == "hands_over")
 
     def sleep(self) -> Op[Held | None]:
         """Step 0 of Table 1: wait for a belief; None at the end."""
@@ -99,10 +99,16 @@ class _Tracker:
         message = yield from node.receive(kinds={HANDOFF}, timeout_ns=left_ns)
         return None if message is None else self._taken(message)
 
-    def lead(self, held: Held) -> Op[None]:
-        """Steps 1 to 5 of Table 1, until somebody else leads."""
+    def lead(self, held: Held, *, at_once: bool = False) -> Op[None]:
+        """Steps 1 to 5 of Table 1, until somebody else leads; the belief is handed over `at_once` without 1 to 3."""
         node = self._node
         node.record(Role(node.id, "leader", 1))
+        if not (at_once and (yield from self._handed_over(held))):
+            yield from self._steps(held)
+        node.record(Role(node.id, "leader", 0))
+
+    def _steps(self, held: Held) -> Op[None]:
+        node = self._node
         while True:
             yield from node.pause_until((held.step + 1) * self._step_ns)
             if self._end_ns is not None and node.now_ns >= self._end_ns:
@@ -111,7 +117,6 @@ class _Tracker:
             self._tell(held)
             if (yield from self._handed_over(held)):
                 break
-        node.record(Role(node.id, "leader", 0))
 
     def _updated(self, held: Held) -> Op[Held]:
         """Steps 1 to 3: predict, sense, update."""
