@@ -24,6 +24,8 @@ from netsim.parameters import Name, NonNegative, NonNegativeInt, PositiveInt, pa
 Level = str | bool | int | float | None
 """What names a place on an axis, in tables and on plots."""
 
+PlotMore = Literal["trials", "distribution"]
+
 
 @parameters
 class Range:
@@ -172,5 +174,8 @@ class Study:
     """The metrics it is held against; by default joules, radio messages, bytes and latency."""
     compare: Comparison | None = None
     """Paired differences; by default along the first axis, against its first level."""
+    plots: tuple[PlotMore, ...] = ()
+    """What plots show besides: `trials` every trial as a dot along the axes, `distribution` the share of trials at or below
+    each value of the metrics that are compared."""
     published: tuple[Published, ...] = ()
     """Published figures, put beside the measured ones."""

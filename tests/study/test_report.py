@@ -9,7 +9,9 @@ from report_studies import figures, written
 
 from netsim.errors import ScenarioError, TraceError
 from netsim.study.info import PublishedInfo, SourceInfo
+from netsim.study.plots.distribution import distribution_plots
 from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
+from netsim.study.plots.trend import trend_plots
 from netsim.study.report import write_report
 from netsim.study.reporting.view import view_of
 from netsim.study.results import load_study
@@ -268,6 +270,45 @@ def test_published_figures_stand_beside_the_measured_ones(tmp_path, words_only):
     assert [row[0] for row in rows[2:]] == ["energy"] * 3  # given for every variant
     assert rows[2][2] == "11"
     assert [plot.stem for plot in published_plots(view_of(load_study(tmp_path)))] == ["published"]
+
+
+def test_published_figures_stand_on_the_lines_along_an_axis(tmp_path):
+    known = [PublishedInfo("association_error", 0.4, {"tolerance": level}, 0.01, "A 2000", "") for level in (0, 2)]
+    elsewhere = PublishedInfo("energy_j", 5.0, {"tolerance": 1}, None, "A 2000", "")
+    written(tmp_path, TOLERANCES, published=[*known, elsewhere], metrics=("association_error",))
+    (plot,) = trend_plots(view_of(load_study(tmp_path)))
+    drawn = {tuple(line.get_xdata()) for line in plot.figure.axes[0].lines if line.get_marker() == "D"}
+    assert drawn == {(0.0,), (2.0,)}
+    assert "published" in [text.get_text() for text in plot.figure.legends[0].get_texts()]
+
+
+def test_single_trials_are_dots_where_a_study_asks_for_them(tmp_path):
+    written(tmp_path / "plain", TOLERANCES, repetitions=4)
+    written(tmp_path / "dots", TOLERANCES, repetitions=4, plots=("trials",))
+
+    def dots(name: str) -> int:
+        (plot,) = trend_plots(view_of(load_study(tmp_path / name)))
+        return sum(len(line.get_xdata()) for line in plot.figure.axes[0].lines if line.get_marker() == ".")
+
+    assert (dots("plain"), dots("dots")) == (0, 12)
+
+
+def test_a_distribution_climbs_to_the_whole_of_the_trials_that_have_a_figure(tmp_path):
+    def law(levels, repetition):
+        return figures(levels, repetition, outage_longest_s=None if repetition == 0 else float(repetition))
+
+    written(tmp_path, {"tolerance": [0, 1]}, 5, law, error="outage_longest_s", plots=("distribution",))
+    (plot,) = distribution_plots(view_of(load_study(tmp_path)))
+    steps = [line for line in plot.figure.axes[0].lines if len(line.get_xdata()) > 2]
+    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in steps] == [
+        ([1.0, 1.0, 2.0, 3.0, 4.0], [0.0, 0.25, 0.5, 0.75, 1.0])
+    ] * 2
+    assert "4 to 5 trials" in plot.caption
+
+
+def test_no_distribution_is_drawn_unasked(tmp_path):
+    written(tmp_path, TOLERANCES)
+    assert not list(distribution_plots(view_of(load_study(tmp_path))))
 
 
 def test_lifetimes_that_never_end_are_never(tmp_path, words_only):
