@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from netsim.study.plots.style import PALETTE, SOFT, Plot, colours_of, grid_of, panels, shorten
+from netsim.study.plots.style import PALETTE, SOFT, Plot, colours_of, grid_of, legend_below, panels, shorten, wrap
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import title_with
 from netsim.study.reporting.view import View
@@ -28,13 +28,13 @@ def distribution_plots(view: View) -> Iterator[Plot]:
         for variant in variants:
             _steps(view, panel, metric, variant, looks[variant])
         _median(panel)
-        panel.set_title(title_with(metric, view.scale(metric).unit))
+        panel.set_title(wrap(title_with(metric, view.scale(metric).unit), 40))
     for panel in axes[:, 0]:
         panel.set_ylabel("share of trials")
     for panel in list(axes.flat)[len(metrics) :]:
         panel.set_axis_off()
     handles = [Line2D([], [], lw=1.8, label=shorten(view.name(number), 60), **looks[number]) for number in variants]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2 if len(handles) > 2 else 1)
+    legend_below(figure, [("variant", handles)])
     yield Plot("distribution", figure, _caption(view, variants, metrics), "Distributions of metrics over the trials")
 
 
