@@ -16,10 +16,12 @@ from netsim.study.plots.style import (
     colours_of,
     grid_of,
     keep_near,
+    legend_below,
     log_scale,
     panels,
     shorten,
     spans_decades,
+    wrap,
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import is_ordered, title_with
@@ -121,23 +123,23 @@ def _finish(view: View, panel: Any, metric: str, axis: AxisInfo) -> None:
             end * view.scale(metric).factor for each in found for end in (each.low, each.high) if not math.isnan(end)
         ]
         keep_near(panel.yaxis, known, ends or known)
-    panel.set_title(title_with(metric, view.scale(metric).unit))
+    panel.set_title(wrap(title_with(metric, view.scale(metric).unit), 34))
     panel.set_xlabel(axis.name)
     panel.tick_params(labelbottom=True)
 
 
 def _legend(figure: Figure, told: Sequence[AxisInfo]) -> None:
-    handles = []
+    groups: list[tuple[str, list[Line2D]]] = []
     for place, axis in enumerate(told):
-        handles.append(Line2D([], [], ls="", label=f"{axis.name}:"))
+        handles = []
         for index, level in enumerate(axis.levels):
             label = label_of(level)
             look = (
                 {"color": colours_of(axis)[label]} if place == 0 else {"color": SOFT, "ls": DASHES[index % len(DASHES)]}
             )
             handles.append(Line2D([], [], lw=1.8, label=shorten(label, 24), **look))
-    if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 8))
+        groups.append((axis.name, handles))
+    legend_below(figure, groups)
 
 
 def _stem(axis: AxisInfo) -> str:
