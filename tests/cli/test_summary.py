@@ -133,7 +133,7 @@ def test_a_belief_that_wanders_is_told(quiet: tuple[netsim.Result, netsim.Loaded
     assert rows["hand-offs, among 3.4 neighbours"] == "71"
     assert rows["belief with header, mean"] == "648 byte (at most 4,602)"
     assert rows["times without a leader"] == "none"
-    noise = ("OSPA", "left out", "lost", "laid out", "two leaders", "switches", "others than", "NEES")
+    noise = ("OSPA", "left out", "track lost", "lost by", "laid out", "two leaders", "switches", "others than", "NEES")
     assert not [what for what in rows if any(word in what for word in noise)]
 
 
