@@ -1,23 +1,43 @@
 """How much a sensor's next reading is expected to tell of a position: mutual information (Liu, Reich, Zhao 2002, Table 3).
 
 The reading is put on a grid; densities become probabilities of its cells, normalised for every position. `exact` takes every
-cell of the belief (the three-dimensional form of Table 3), otherwise a scalar stands for the position as in section 4.3: the
-range for an amplitude (in bins of 1 m), the bearing for a direction of arrival (in bins of a degree; only an approximation,
-since the spread depends on the range too: each bin has the spread at its mean range).
+cell of the belief (the three-dimensional form of Table 3), otherwise a scalar stands for the position as in section 4.3.
+
+Before an amplitude the range stands for it, in bins of 1 m, or of a fortieth of the range where that is less. Eq 19 holds, and
+the bins cost less than .01 bit as seen.
+
+Before a direction of arrival the bearing stands for it, in bins of a degree. Here the paper's equality does not hold, since
+the spread depends on the range too. A bin takes the geometric mean of its cells' spreads: of normal errors that keeps the
+mean entropy of the reading right. On compact beliefs within 60 m the result is off by .005 bit in the root mean square, and
+by .06 at most as seen. It lacks what the spread of a reading tells of the range: up to .16 bit about and beyond the far
+range, and .3 where a belief has parts both near and far in one direction.
 """
 
+import math
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
+from netsim.kernels.acoustics import (
+    AmplitudeModel,
+    BearingModel,
+    SensorSpec,
+    bearing_rad,
+    log_error_density,
+    wrapped_rad,
+)
 from netsim.kernels.grid_belief import GridBelief
 from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 RANGE_BIN_M = 1.0
+RANGE_BINS_PER_E = 40
+"""Where bins grow with the range: in a factor of e."""
+_EVEN_FROM_M = RANGE_BIN_M * RANGE_BINS_PER_E
+_LEAST_RANGE_M = 0.25
+_GROWING_BINS = math.ceil(RANGE_BINS_PER_E * math.log(_EVEN_FROM_M / _LEAST_RANGE_M))
 BEARING_BINS = 360
 _BEARING_WIDTH = 2.0 * np.pi / BEARING_BINS
 _STEPS_PER_SD = 2.0
@@ -85,7 +105,17 @@ def _bins(belief: GridBelief, sensor: SensorSpec) -> NDArray[np.int64]:
 
 
 def _range_bins(range_m: FloatArray) -> NDArray[np.int64]:
-    return (range_m / RANGE_BIN_M).astype(np.int64)
+    growing = RANGE_BINS_PER_E * np.log(np.maximum(range_m, _LEAST_RANGE_M) / _LEAST_RANGE_M)
+    even = _GROWING_BINS + (range_m - _EVEN_FROM_M) / RANGE_BIN_M
+    return np.where(range_m < _EVEN_FROM_M, growing, even).astype(np.int64)
+
+
+def _range_of_bins_m(bins: int) -> FloatArray:
+    """Middles of the first range bins."""
+    number = np.arange(bins) + 0.5
+    growing = _LEAST_RANGE_M * np.exp(number / RANGE_BINS_PER_E)
+    even = _EVEN_FROM_M + (number - _GROWING_BINS) * RANGE_BIN_M
+    return np.where(number < _GROWING_BINS, growing, even)
 
 
 def _bearing_bins(true_rad: FloatArray) -> NDArray[np.int64]:
@@ -97,7 +127,7 @@ class _Tabulated:
     """p(z|r) of an amplitude sensor for the first range bins, and the entropy of each row."""
 
     def __init__(self, model: AmplitudeModel, bins: int) -> None:
-        self.conditional = _amplitude_table(model, np.asarray((np.arange(bins) + 0.5) * RANGE_BIN_M, dtype=float))
+        self.conditional = _amplitude_table(model, _range_of_bins_m(bins))
         self.row_entropy_nat = _row_entropy_nat(self.conditional)
 
 
@@ -132,14 +162,15 @@ def _rows(weights: FloatArray) -> FloatArray:
 def _bearing_bit(
     prior: FloatArray, true_rad: FloatArray, range_m: FloatArray, model: BearingModel, *, exact: bool
 ) -> float:
+    sd_rad = model.spread_rad(range_m)
     if not exact:
         used, where = np.unique(_bearing_bins(true_rad), return_inverse=True)
         mass = _sums(where, prior)
-        range_m = _sums(where, prior * range_m) / mass
+        sd_rad = np.exp(_sums(where, prior * np.log(sd_rad)) / mass)
         prior, true_rad = mass, np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
     readings = (np.arange(BEARING_BINS) + 0.5) * _BEARING_WIDTH
-    density = np.exp(model.log_density(readings[None, :], true_rad[:, None], range_m[:, None]))
-    return mutual_information_bit(prior, _rows(density))
+    error_rad = wrapped_rad(readings[None, :] - true_rad[:, None])
+    return mutual_information_bit(prior, _rows(np.exp(log_error_density(error_rad, sd_rad[:, None]))))
 
 
 def _sums(where: NDArray[np.int64], weights: FloatArray) -> FloatArray:
