@@ -3,8 +3,8 @@
 The reading is put on a grid; densities become probabilities of its cells, normalised for every position. `exact` takes every
 cell of the belief (the three-dimensional form of Table 3), otherwise a scalar stands for the position as in section 4.3.
 
-Before an amplitude the range stands for it, in bins of 1 m, or of a fortieth of the range where that is less. Eq 19 holds, and
-the bins cost less than .01 bit as seen.
+Before an amplitude the range stands for it, in bins of 1 m, or of a fortieth of the range where that is less. Eq 19 holds,
+and the bins cost less than .01 bit as seen.
 
 Before a direction of arrival the bearing stands for it, in bins of a degree. Here the paper's equality does not hold, since
 the spread depends on the range too. A bin takes the geometric mean of its cells' spreads: of normal errors that keeps the
@@ -83,15 +83,17 @@ def information_bit(belief: GridBelief, sensor: SensorSpec, *, exact: bool = Fal
 def information_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> int:
     """Elementary floating-point operations of `information_bit` on a node.
 
-    Every entry of p(z|x) that is computed takes its density, an exponential, the share in its row and its part of the row's
-    entropy; every one that is used, a product and a sum; every cell of the reading, its part of the entropy. The table of an
-    amplitude sensor's range bins is the same for all beliefs, so that a node keeps it.
+    Every entry of p(z|x) that is computed takes its density (of a bearing, the exponential of the square of its error), the
+    share in its row and its part of the row's entropy; every one that is used, a product and a sum; every cell of the
+    reading, its part of the entropy. The table of an amplitude sensor's range bins is the same for all beliefs, so that a
+    node keeps it.
     """
     model, cells = sensor.model, len(belief.cells)
     rows = cells if exact else len(np.unique(_bins(belief, sensor)))
     columns = BEARING_BINS if isinstance(model, BearingModel) else len(_amplitude_edges(model)) - 1
     computed = 0 if isinstance(model, AmplitudeModel) and not exact else rows * columns
-    entry = model.density_operations + 2 * FUNCTION_OPERATIONS + 4
+    density = 6 if isinstance(model, BearingModel) else model.density_operations + 1
+    entry = density + 2 * FUNCTION_OPERATIONS + 4
     places = cells * (sensor.place_operations + 2)
     return places + computed * entry + 2 * rows * columns + columns * (FUNCTION_OPERATIONS + 2)
 
@@ -170,7 +172,7 @@ def _bearing_bit(
         prior, true_rad = mass, np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
     readings = (np.arange(BEARING_BINS) + 0.5) * _BEARING_WIDTH
     error_rad = wrapped_rad(readings[None, :] - true_rad[:, None])
-    return mutual_information_bit(prior, _rows(np.exp(log_error_density(error_rad, sd_rad[:, None]))))
+    return mutual_information_bit(prior, _rows(np.exp(-0.5 * (error_rad / sd_rad[:, None]) ** 2)))
 
 
 def _sums(where: NDArray[np.int64], weights: FloatArray) -> FloatArray:
