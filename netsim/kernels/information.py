@@ -25,7 +25,6 @@ from netsim.kernels.acoustics import (
     BearingModel,
     SensorSpec,
     bearing_rad,
-    log_error_density,
     wrapped_rad,
 )
 from netsim.kernels.grid_belief import GridBelief
@@ -94,7 +93,7 @@ def information_operations(belief: GridBelief, sensor: SensorSpec, *, exact: boo
     computed = 0 if isinstance(model, AmplitudeModel) and not exact else rows * columns
     density = 6 if isinstance(model, BearingModel) else model.density_operations + 1
     entry = density + 2 * FUNCTION_OPERATIONS + 4
-    places = cells * (sensor.place_operations + 2)
+    places = cells * (sensor.place_operations + FUNCTION_OPERATIONS + 4)
     return places + computed * entry + 2 * rows * columns + columns * (FUNCTION_OPERATIONS + 2)
 
 
