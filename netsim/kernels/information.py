@@ -14,10 +14,12 @@ from scipy.special import xlogy
 
 from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
 from netsim.kernels.grid_belief import GridBelief
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 RANGE_BIN_M = 1.0
 BEARING_BINS = 360
+_BEARING_WIDTH = 2.0 * np.pi / BEARING_BINS
 _STEPS_PER_SD = 2.0
 _RELATIVE_STEP = 0.01
 
@@ -51,11 +53,44 @@ def information_bit(belief: GridBelief, sensor: SensorSpec, *, exact: bool = Fal
         return _bearing_bit(belief.probability, bearing_rad(offsets_m), range_m, sensor.model, exact=exact)
     if exact:
         return mutual_information_bit(belief.probability, _amplitude_table(sensor.model, range_m))
-    bins = (range_m / RANGE_BIN_M).astype(np.int64)
+    bins = _range_bins(range_m)
     table = _tabulated(sensor.model, 1 << int(bins.max()).bit_length())
     used, where = np.unique(bins, return_inverse=True)
     prior = _sums(where, belief.probability)
     return _information_bit(prior, table.conditional[used], table.row_entropy_nat[used])
+
+
+def information_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> int:
+    """Elementary floating-point operations of `information_bit` on a node.
+
+    Every entry of p(z|x) that is computed takes its density, an exponential, the share in its row and its part of the row's
+    entropy; every one that is used, a product and a sum; every cell of the reading, its part of the entropy. The table of an
+    amplitude sensor's range bins is the same for all beliefs, so that a node keeps it.
+    """
+    model, cells = sensor.model, len(belief.cells)
+    rows = cells if exact else len(np.unique(_bins(belief, sensor)))
+    columns = BEARING_BINS if isinstance(model, BearingModel) else len(_amplitude_edges(model)) - 1
+    computed = 0 if isinstance(model, AmplitudeModel) and not exact else rows * columns
+    entry = model.density_operations + 2 * FUNCTION_OPERATIONS + 4
+    places = cells * (sensor.place_operations + 2)
+    return places + computed * entry + 2 * rows * columns + columns * (FUNCTION_OPERATIONS + 2)
+
+
+def _bins(belief: GridBelief, sensor: SensorSpec) -> NDArray[np.int64]:
+    """The range bin, or the bearing bin, of each cell of a belief."""
+    offsets_m = belief.centres_m - np.asarray(sensor.position_m)
+    if isinstance(sensor.model, BearingModel):
+        return _bearing_bins(bearing_rad(offsets_m))
+    return _range_bins(np.hypot(offsets_m[:, 0], offsets_m[:, 1]))
+
+
+def _range_bins(range_m: FloatArray) -> NDArray[np.int64]:
+    return (range_m / RANGE_BIN_M).astype(np.int64)
+
+
+def _bearing_bins(true_rad: FloatArray) -> NDArray[np.int64]:
+    bins: NDArray[np.int64] = np.floor(true_rad / _BEARING_WIDTH).astype(np.int64) % BEARING_BINS
+    return bins
 
 
 class _Tabulated:
@@ -97,14 +132,12 @@ def _rows(weights: FloatArray) -> FloatArray:
 def _bearing_bit(
     prior: FloatArray, true_rad: FloatArray, range_m: FloatArray, model: BearingModel, *, exact: bool
 ) -> float:
-    width = 2.0 * np.pi / BEARING_BINS
     if not exact:
-        bins: NDArray[np.int64] = np.floor(true_rad / width).astype(np.int64) % BEARING_BINS
-        used, where = np.unique(bins, return_inverse=True)
+        used, where = np.unique(_bearing_bins(true_rad), return_inverse=True)
         mass = _sums(where, prior)
         range_m = _sums(where, prior * range_m) / mass
-        prior, true_rad = mass, np.asarray((used + 0.5) * width, dtype=float)
-    readings = (np.arange(BEARING_BINS) + 0.5) * width
+        prior, true_rad = mass, np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
+    readings = (np.arange(BEARING_BINS) + 0.5) * _BEARING_WIDTH
     density = np.exp(model.log_density(readings[None, :], true_rad[:, None], range_m[:, None]))
     return mutual_information_bit(prior, _rows(density))
 
