@@ -84,7 +84,7 @@ class Tracker:
         node.spawn(station.waking.windows())
         if station.knowledge.leads_first and station.step == 0:  # not after a crash
             held = Held(Thread(0), Turn(0, 0), uniform(station.knowledge.grid))
-            self._leaders.begin(held, hand_on_first=False)
+            self._leaders.begin(held, hand_on_first=station.parameters.first_step == "hands_over")
         if station.knowledge.is_watchdog:
             node.spawn(self._watch.watch())
         while True:

@@ -1,14 +1,22 @@
 """Steps 4 and 5 of Table 1 (Liu, Reich, Zhao 2002): who is to lead next, and the belief on its way there."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
 
 from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, decode_energy, turn_of
 from netsim.algorithms.idsq_payload import Laid
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Message, Op
+from netsim.kernels.acoustics import SensorSpec
+from netsim.kernels.grid_belief import GridBelief, diffusion_operations
+from netsim.kernels.information import information_operations
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.selection import best, utilities
 from netsim.trace.events import Handoff
 from netsim.units import s_to_ns
+
+LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
+"""Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
 
 
 class HandingOn:
@@ -36,7 +44,8 @@ class HandingOn:
         laid = self._station.coder.encode(held.belief)
         left_out = [*without, *self._left_out(held)]
         until_ns = (self._station.step + 1) * self._station.step_ns
-        while worth := self._worth(held, left_out):
+        yield from node.compute(LAYING_OUT * len(held.belief.cells))
+        while worth := (yield from self._worth(held, left_out)):
             chosen = best(worth)
             payload = held.header + laid.data
             self._tell(held, chosen, worth, laid, len(payload))
@@ -58,14 +67,26 @@ class HandingOn:
         others = [claim for claim in claims if claim.thread.track == held.thread.track and claim.thread != held.thread]
         return [*left_out, *self._station.suspects(), *(claim.leader for claim in others if claim.leader != NOBODY)]
 
-    def _worth(self, held: Held, left_out: Sequence[int]) -> dict[int, float]:
+    def _worth(self, held: Held, left_out: Sequence[int]) -> Op[dict[int, float]]:
         """What speaks for each candidate's next reading."""
         station, parameters = self._station, self._station.parameters
         knowledge, rng = station.knowledge, station.node.rng("selection")
-        predicted = station.filtering.predicted(held.belief, max(1, station.step - held.step))
+        steps = max(1, station.step - held.step)
+        predicted = station.filtering.predicted(held.belief, steps)
         candidates = knowledge.neighbours(station.sensor.position_m, left_out)
         specs = {other: knowledge.others[other] for other in candidates}
-        return utilities(parameters.selection, predicted, specs, rng, exact=parameters.exact_information)
+        worth = utilities(parameters.selection, predicted, specs, rng, exact=parameters.exact_information)
+        operations = steps * diffusion_operations(held.belief, predicted, station.filtering.radius_m)
+        yield from station.node.compute(operations + self._choosing(predicted, specs))
+        return worth
+
+    def _choosing(self, predicted: GridBelief, specs: Mapping[int, SensorSpec]) -> int:
+        """Operations of the choice; rules without information take next to none."""
+        parameters = self._station.parameters
+        if parameters.selection != "mutual_information":
+            return FUNCTION_OPERATIONS * len(specs)
+        exact = parameters.exact_information
+        return sum(information_operations(predicted, spec, exact=exact) for spec in specs.values())
 
     def _given(self, held: Held, chosen: int, payload: bytes) -> Op[bool]:
         """Whether a node took it, as far as this one can tell."""

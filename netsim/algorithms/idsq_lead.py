@@ -133,10 +133,12 @@ class Leaders:
     def _updated(self, held: Held) -> Op[Held]:
         """Steps 1 to 3: predict, sense, update."""
         station, step = self._station, self._station.step
-        predicted = station.filtering.predicted(held.belief, step - held.step)
         observation = yield from station.node.sense()
-        reading = float(observation.values[0]) if len(observation.values) else math.nan
+        reading, operations = station.read(observation)
+        predicted = station.filtering.predicted(held.belief, step - held.step)
         belief, is_used = station.filtering.updated(predicted, station.sensor, reading)
+        operations += station.filtering.operations(held.belief, predicted, step - held.step, station.sensor)
+        yield from station.node.compute(operations)
         if not is_used:
             station.record("outlier", held, reading=reading)
         turn, quiet = Turn(held.turn.epoch, step), self._quiet(held, reading, belief)

@@ -50,6 +50,9 @@ class IdsqParameters:
     """Whether mutual information goes through every cell of the belief instead of ranges or bearings (section 4.3)."""
     excludes_previous: bool = True
     """The triplet rule: who led before the leader is not among its neighbours."""
+    first_step: Literal["senses", "hands_over"] = "senses"
+    """What the first leader, whose belief is uniform, does with it: `senses` first at the next reading instant, as anybody
+    whom a belief reaches does; `hands_over` at once to the most informative neighbour. The paper does not say."""
     least_probability: NonNegative = 2e-5
     """Cells of the belief below this are dropped after every reading."""
     payload: FloatWidth = "float32"

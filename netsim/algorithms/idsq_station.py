@@ -8,8 +8,9 @@ from netsim.algorithms.idsq_messages import LEAD, NOBODY, Claim, Held, encode_cl
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import BeliefCoder
 from netsim.algorithms.idsq_sleep import Waking
-from netsim.api import NodeHandle
+from netsim.api import NodeHandle, Observation
 from netsim.kernels.acoustics import AmplitudeModel, SensorSpec
+from netsim.kernels.beamformer import reading_of, reading_operations
 from netsim.kernels.gating import detection_threshold
 from netsim.kernels.idsq import Filter
 from netsim.kernels.tracking_model import TrackingKnowledge
@@ -80,6 +81,11 @@ class Station:
         if not isinstance(model, AmplitudeModel):
             return math.inf
         return watch.detection_amplitude or detection_threshold(model, watch.false_alarm)
+
+    def read(self, observation: Observation) -> tuple[float, int]:
+        """The reading in an observation, and how many operations it takes to find it; NaN for no reading."""
+        values, processing = observation.values, self.knowledge.processing
+        return reading_of(values, processing), reading_operations(values, processing)
 
     def suspect(self, other: int) -> None:
         """A node did not answer."""

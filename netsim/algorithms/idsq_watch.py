@@ -85,7 +85,7 @@ class Watch:
         try:
             with station.waking.needed():
                 observation = yield from station.node.sense()
-                loudness = float(observation.values[0]) if len(observation.values) else 0.0
+                loudness, _ = station.read(observation)
                 if loudness >= self._threshold:
                     yield from self._elect(election, step, loudness)
         finally:

@@ -14,9 +14,10 @@ from scipy.special import ndtr, ndtri
 
 from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
 from netsim.kernels.grid_belief import GridBelief
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
-_BEARINGS: Final = 720
+_BEARINGS: Final = 360
 
 
 def tail_probability(predicted: GridBelief, sensor: SensorSpec, reading: float) -> float:
@@ -33,6 +34,14 @@ def tail_probability(predicted: GridBelief, sensor: SensorSpec, reading: float) 
         return _bearing_tail(predicted.probability, bearing_rad(offsets_m), range_m, sensor.model, reading)
     lower = float(predicted.probability @ amplitude_cdf(sensor.model, reading, range_m))
     return min(1.0, 2.0 * max(0.0, min(lower, 1.0 - lower)))
+
+
+def tail_operations(cells: int, sensor: SensorSpec) -> int:
+    """Elementary floating-point operations of `tail_probability` for a belief of so many cells."""
+    if isinstance(sensor.model, BearingModel):
+        entry = sensor.model.density_operations + FUNCTION_OPERATIONS + 2
+        return cells * sensor.place_operations + cells * _BEARINGS * entry + 2 * _BEARINGS
+    return cells * (sensor.place_operations + 4 * FUNCTION_OPERATIONS + 16)
 
 
 def amplitude_cdf(model: AmplitudeModel, amplitude: ArrayLike, range_m: ArrayLike) -> FloatArray:

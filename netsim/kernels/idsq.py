@@ -6,8 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from netsim.kernels.acoustics import SensorSpec
-from netsim.kernels.gating import tail_probability
-from netsim.kernels.grid_belief import GridBelief, condition, diffuse, pruned, uniform
+from netsim.kernels.gating import tail_operations, tail_probability
+from netsim.kernels.grid_belief import (
+    GridBelief,
+    condition,
+    diffuse,
+    diffusion_operations,
+    pruned,
+    uniform,
+    update_operations,
+)
 from netsim.kernels.selection import SelectionRule, best, utilities
 from netsim.kernels.tracking_model import TrackingKnowledge
 
@@ -38,6 +46,13 @@ class Filter:
             return predicted, False
         after, _ = condition(predicted, sensor.log_likelihood(reading, predicted.centres_m))
         return pruned(after, self.least_probability), True
+
+    def operations(self, before: GridBelief, predicted: GridBelief, steps: int, sensor: SensorSpec) -> int:
+        """Elementary floating-point operations of `predicted` and `updated`; of several steps each as large as the last."""
+        cells = len(predicted.cells)
+        gating = tail_operations(cells, sensor) if self.gate > 0.0 else 0
+        diffusing = steps * diffusion_operations(before, predicted, self.radius_m)
+        return diffusing + gating + sensor.likelihood_operations(cells) + update_operations(cells)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import math
 from collections import defaultdict
+from itertools import pairwise
 
 from netsim.algorithms.idsq_payload import BeliefCoder
 from netsim.kernels.idsq import Choice, Filter, table_1
@@ -115,7 +116,7 @@ class Run:
         alive = [time_ns / S for time_ns, event in self.of(TruthTargets) if event.target]
         end = min(to_s, max(alive))
         times = [from_s, *(t / S for t, _ in self.of(Estimate) if from_s <= t / S <= end), end]
-        return max(b - a for a, b in zip(times, times[1:], strict=False))
+        return max(b - a for a, b in pairwise(times))
 
     def errors_m(self, from_s=0.0, to_s=math.inf, target=0):
         """Distance of each estimate from a target while it is there."""

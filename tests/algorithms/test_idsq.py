@@ -1,6 +1,5 @@
 """The IDSQ tracker on links that lose nothing: Table 1 to the bit, and the laws of the hand-off."""
 
-
 import numpy as np
 import pytest
 from idsq_rig import Run, S, reference, world
@@ -68,7 +67,6 @@ def test_beliefs_sum_to_one_and_follow_the_target(run):
     assert np.mean(errors_m) < 12.0
 
 
-@pytest.mark.skip
 def test_computing_costs_time_and_energy(run):
     ((_, ledger),) = run.of(EnergyLedger)
     rows = zip(ledger.device, ledger.state, ledger.energy_j, strict=True)
