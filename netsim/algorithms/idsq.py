@@ -8,6 +8,7 @@ others wait. Step numbers count reading intervals from time 0 of the nodes' cloc
 sleep.
 """
 
+import math
 import struct
 
 from netsim.algorithms.idsq_guard import Guards
@@ -104,7 +105,7 @@ class Tracker:
         elif message.kind == ALIVE:
             self._guards.answer(self._leaders, message, turn_of(message.payload)[0])
         else:
-            self._watch.hear(message)
+            self._on_alarm(message)
 
     def _on_handoff(self, message: Message) -> None:
         """Lead from now on, unless somebody else does by better right."""
@@ -126,6 +127,16 @@ class Tracker:
         self._station.book.note(claim, message.source, self._station.node.now_ns)
         self._leaders.heed(claim)
         self._guards.heed(claim)
+        sleep = self._station.parameters.sleep
+        if sleep is not None and math.dist(claim.place_m, self._station.sensor.position_m) <= sleep.near_m:
+            self._station.waking.stay()
+
+    def _on_alarm(self, message: Message) -> None:
+        """Look whether there is anything to hear; a leader tells who raised the alarm of its track, in case that is all."""
+        self._station.waking.stay()
+        self._watch.hear(message)
+        for claim in self._leaders.claims():
+            self._station.tell(claim, message.source)
 
     def _stand_guard(self, held: Held, successor: int) -> None:
         if self._station.parameters.robust:

@@ -5,7 +5,7 @@ its patience after a reading instant asks the successor, and takes the track bac
 """
 
 from netsim.algorithms.idsq_lead import Leaders
-from netsim.algorithms.idsq_messages import ALIVE, Claim, Held, Thread, encode_question
+from netsim.algorithms.idsq_messages import ALIVE, Claim, Held, Thread, claim_of, encode_question
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Message, Op
 from netsim.trace.events import Role
@@ -41,18 +41,14 @@ class Guards:
         held, successor = self._guarded.get(claim.thread, (None, None))
         if held is None or successor is None or claim.leader in (successor, self._station.node.id):
             return
-        x_m, y_m = held.belief.mean_m.tolist()
-        right = Claim(held.thread, held.turn, successor, (x_m, y_m))
+        right = claim_of(held, successor)
         if claim.rank < right.rank and claim.turn == held.turn:
             self._station.tell(right, claim.leader)
 
     def answer(self, leaders: Leaders, question: Message, thread: Thread) -> None:
         """Tell a guard who leads a thread, as far as this node knows."""
-        held, node = leaders.held(thread), self._station.node
-        claim = self._station.book.latest(thread)
-        if held is not None:
-            x_m, y_m = held.belief.mean_m.tolist()
-            claim = Claim(thread, held.turn, node.id, (x_m, y_m))
+        held = leaders.held(thread)
+        claim = self._station.book.latest(thread) if held is None else claim_of(held, self._station.node.id)
         if claim is not None:
             self._station.tell(claim, question.source)
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from netsim.algorithms.idsq_handoff import HandingOn
-from netsim.algorithms.idsq_messages import NOBODY, Claim, Held, Thread, Turn, is_elder
+from netsim.algorithms.idsq_messages import NOBODY, Claim, Held, Thread, Turn, claim_of, is_elder
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Op, Task
 from netsim.kernels.grid_belief import GridBelief
@@ -43,6 +43,10 @@ class Leaders:
     def threads(self) -> Sequence[Thread]:
         """What it leads."""
         return list(self._led)
+
+    def claims(self) -> list[Claim]:
+        """What it would say of them."""
+        return [claim_of(leadership.held, self._station.node.id) for leadership in self._led.values()]
 
     def held(self, thread: Thread) -> Held | None:
         """What it holds of a thread; None if it does not lead it."""

@@ -119,6 +119,12 @@ class Claim:
         return self.turn.epoch, self.turn.step, 1 if self.leader == NOBODY else -self.leader
 
 
+def claim_of(held: Held, leader: int) -> Claim:
+    """That a node leads a thread, where its belief says the target is."""
+    x_m, y_m = held.belief.mean_m.tolist()
+    return Claim(held.thread, held.turn, leader, (x_m, y_m))
+
+
 def turn_of(data: bytes) -> tuple[Thread, Turn]:
     """Thread and turn at the start of a payload.
 

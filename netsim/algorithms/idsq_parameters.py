@@ -9,12 +9,17 @@ from netsim.parameters import NonNegative, NonNegativeInt, Positive, PositiveInt
 
 @parameters
 class IdsqSleep:
-    """Radios sleep between the windows in which beliefs are handed over; leaders, their guards and electors stay awake."""
+    """Radios sleep between the windows in which beliefs are handed over.
+
+    Leaders, their guards and those who elect one stay awake, and so do nodes near a target for as long as they hear of it.
+    """
 
     window_s: Positive = 0.2
-    """How long nodes listen after each reading instant: it must hold a hand-off and the claim after it."""
+    """How long nodes listen after each reading instant: it had better hold a hand-off and the claim after it."""
     guard_s: NonNegative = 0.005
     """How much sooner they wake and later they sleep: for the radio's start and for clocks that disagree."""
+    near_m: NonNegative = 60.0
+    """`robust`: nodes within this distance of a claimed estimate stay awake until the next window."""
 
 
 @parameters

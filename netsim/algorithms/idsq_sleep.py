@@ -22,6 +22,7 @@ class Waking:
         self._parameters = parameters
         self._step_ns = step_ns
         self._users = 0
+        self._stays_until_ns = 0
 
     @contextmanager
     def needed(self) -> Iterator[None]:
@@ -35,6 +36,17 @@ class Waking:
             self._users -= 1
             if self._users == 0 and self._parameters is not None:
                 self._node.radio_sleep()
+
+    def stay(self) -> None:
+        """Keep the radio on until the next window: a target is near, or an alarm was raised."""
+        if self._parameters is not None and self._stays_until_ns <= self._node.now_ns:
+            step = self._node.now_ns // self._step_ns + 1
+            self._stays_until_ns = step * self._step_ns
+            self._node.spawn(self._staying(self._stays_until_ns))
+
+    def _staying(self, until_ns: int) -> Op[None]:
+        with self.needed():
+            yield from self._node.pause_until(until_ns)
 
     def windows(self) -> Op[None]:
         """Listen in every window: from shortly before a reading instant on."""

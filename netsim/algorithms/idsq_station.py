@@ -4,7 +4,7 @@ import json
 import math
 
 from netsim.algorithms.idsq_book import Book
-from netsim.algorithms.idsq_messages import LEAD, NOBODY, Claim, Held, encode_claim
+from netsim.algorithms.idsq_messages import LEAD, NOBODY, Claim, Held, claim_of, encode_claim
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import BeliefCoder
 from netsim.algorithms.idsq_sleep import Waking
@@ -60,6 +60,12 @@ class Station:
         return self.node.now_ns // self.step_ns
 
     @property
+    def listening_until_ns(self) -> int:
+        """Until when others can be reached in the present reading interval."""
+        sleep = self.parameters.sleep
+        return self.step * self.step_ns + (self.step_ns if sleep is None else s_to_ns(sleep.window_s))
+
+    @property
     def left_ns(self) -> int | None:
         """Time until the nodes stop; None for ever."""
         return None if self._end_ns is None else max(0, self._end_ns - self.node.now_ns)
@@ -98,8 +104,7 @@ class Station:
 
     def claim(self, held: Held, leader: int) -> None:
         """Tell everybody in reach who leads a thread."""
-        x_m, y_m = held.belief.mean_m.tolist()
-        claim = Claim(held.thread, held.turn, leader, (x_m, y_m))
+        claim = claim_of(held, leader)
         self.book.note(claim, self.node.id, self.node.now_ns)
         self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
 

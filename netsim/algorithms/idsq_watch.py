@@ -21,6 +21,7 @@ from netsim.algorithms.idsq_messages import (
 )
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Message, Op
+from netsim.kernels.acoustics import AmplitudeModel
 from netsim.kernels.grid_belief import uniform
 from netsim.units import s_to_ns
 
@@ -72,11 +73,20 @@ class Watch:
         """Whether it measures loudness, takes part in no election, and nobody tracks nearby."""
         if not math.isfinite(self._threshold) or self._election is not None or self._leaders.threads:
             return False
-        station = self._station
-        since_ns = station.node.now_ns - INHIBITED_STEPS * station.step_ns
-        here_m, reach_m = station.sensor.position_m, station.parameters.watch.inhibit_m
-        claims = station.book.since(since_ns)
-        return all(claim.leader == NOBODY or math.dist(claim.place_m, here_m) > reach_m for claim in claims)
+        return not self._is_tracked(self._station.parameters.watch.inhibit_m)
+
+    def _is_tracked(self, within_m: float) -> bool:
+        """Whether a track was within a distance lately."""
+        station, here_m = self._station, self._station.sensor.position_m
+        claims = station.book.since(station.node.now_ns - INHIBITED_STEPS * station.step_ns)
+        return any(claim.leader != NOBODY and math.dist(claim.place_m, here_m) <= within_m for claim in claims)
+
+    def _is_explained(self, loudness: float) -> bool:
+        """Whether a source of the greatest amplitude could be a target that is tracked already, where it is by now."""
+        station, model = self._station, self._station.sensor.model
+        moved_m = INHIBITED_STEPS * station.filtering.radius_m
+        greatest = model.high if isinstance(model, AmplitudeModel) else math.inf
+        return self._is_tracked(greatest / loudness + station.parameters.watch.same_m + moved_m)
 
     def _stand(self, step: int, rival: tuple[int, int] = (0, 0)) -> Op[None]:
         """Sense, and stand for election if there is anything to hear."""
@@ -86,7 +96,7 @@ class Watch:
             with station.waking.needed():
                 observation = yield from station.node.sense()
                 loudness, _ = station.read(observation)
-                if loudness >= self._threshold:
+                if loudness >= self._threshold and not self._is_explained(loudness):
                     yield from self._elect(election, step, loudness)
         finally:
             self._election = None
@@ -103,12 +113,8 @@ class Watch:
         if election.best == own:
             node.broadcast(DETECT, encode_alarm(step, loudness))
         yield from node.pause_until(end_ns)
-        if election.best == own and self._nobody_tracks():
+        if election.best == own and not self._is_explained(loudness) and not self._leaders.threads:
             self._begin(step, loudness)
-
-    def _nobody_tracks(self) -> bool:
-        self._election = None
-        return self._may_begin()
 
     def _begin(self, step: int, loudness: float) -> None:
         station = self._station
