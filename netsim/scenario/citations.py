@@ -158,6 +158,7 @@ NAMES: Final[Mapping[type[Any], str]] = {
     tracking.AcousticTarget: "sound source",
     tracking.AssumedAmplitude: "amplitude",
     tracking.AssumedBearing: "direction of arrival",
+    sound.MicrophoneArray: "four microphones",
     modulation.OQpsk: "o-qpsk",
     modulation.NcFsk: "nc-fsk",
     modulation.Cc2420Fit: "cc2420-fit",
