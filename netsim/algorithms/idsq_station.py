@@ -65,6 +65,11 @@ class Station:
         sleep = self.parameters.sleep
         return sleep is not None and self.node.now_ns > self.step * self.step_ns + s_to_ns(sleep.window_s)
 
+    def reading_ns(self, step: int) -> int:
+        """When to take the reading of a step; one that is late waits for the next window, if others sleep by now."""
+        due_ns = step * self.step_ns
+        return (self.step + 1) * self.step_ns if self.node.now_ns > due_ns and self.others_sleep else due_ns
+
     @property
     def left_ns(self) -> int | None:
         """Time until the nodes stop; None for ever."""
