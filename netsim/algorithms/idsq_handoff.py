@@ -43,7 +43,7 @@ class HandingOn:
         node, robust = self._station.node, self._station.parameters.robust
         laid = self._station.coder.encode(held.belief)
         left_out = [*without, *self._left_out(held)]
-        until_ns = self._station.listening_until_ns
+        until_ns = (self._station.step + 1) * self._station.step_ns
         yield from node.compute(LAYING_OUT * len(held.belief.cells))
         while worth := (yield from self._worth(held, left_out)):
             chosen = best(worth)
@@ -53,10 +53,10 @@ class HandingOn:
                 return held, chosen
             left_out.append(chosen)
             if robust:
-                held = held.in_next_epoch()
-                if node.now_ns >= until_ns:  # it may just be asleep
-                    break
                 self._station.suspect(chosen)
+                held = held.in_next_epoch()
+                if node.now_ns >= until_ns:
+                    break
         return held, None
 
     def _left_out(self, held: Held) -> list[int]:

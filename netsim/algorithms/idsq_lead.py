@@ -107,10 +107,12 @@ class Leaders:
         try:
             with station.waking.needed():
                 yield from self._forked(leadership.held, forks)
-                if hand_on_first and (yield from self._handed_on(leadership, without)):
+                if hand_on_first and not station.others_sleep and (yield from self._handed_on(leadership, without)):
                     return
                 while True:
-                    yield from station.node.pause_until((leadership.held.step + 1) * station.step_ns)
+                    yield from station.node.pause_until(station.reading_ns(leadership.held.step + 1))
+                    if station.parameters.sleep is not None and station.parameters.robust:
+                        station.claim(leadership.held, station.node.id)  # who may be next is to stay awake
                     if station.is_over or (yield from self._is_lost(leadership)):
                         return
                     if (yield from self._handed_on(leadership)):
