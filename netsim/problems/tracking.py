@@ -11,10 +11,12 @@ import numpy as np
 from annotated_types import MinLen
 
 from netsim.errors import ScenarioError
-from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
+from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad, wrapped_rad
+from netsim.kernels.beamformer import ArrayProcessing, square_m
 from netsim.kernels.grid_belief import Grid, grid_over
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.tracking_model import TrackingKnowledge
+from netsim.models.sound import MicrophoneArray, heard, source_spectrum
 from netsim.models.tracks import StraightTrack, Track, track_of
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, Probability, parameters
 from netsim.problems.problem import placement
@@ -77,8 +79,13 @@ class TrackingParameters:
     """Share of the sensors that measure the direction of arrival; the others measure the amplitude."""
     amplitude_noise_sd: NonNegative = 0.05
     """Standard deviation of the true noise of amplitudes."""
+    bearings: Literal["drawn", "sampled"] = "drawn"
+    """`drawn`: a bearing is the true one with a normal error. `sampled`: the sensor gives the samples of four microphones,
+    out of which the node makes a bearing by the beamformer of eqs 7 to 10."""
     bearing_noise_sd_deg: NonNegative = 3.0
-    """Standard deviation of the true noise of bearings."""
+    """Standard deviation of the true noise of bearings that are drawn."""
+    microphones: MicrophoneArray = MicrophoneArray()
+    """Array of a sensor whose bearings are sampled."""
     reading_s: Positive = 0.5
     """Time between two readings; a sensor that is read twice within it has the same noise."""
     amplitude: AssumedAmplitude = AssumedAmplitude()
@@ -110,6 +117,16 @@ class TrackingParameters:
             raise ValueError(message)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Source:
+    """A target at a time, as a sensor has it: number, amplitude at 1 m and at the sensor, offset from the sensor."""
+
+    target: int
+    level: float
+    amplitude: float
+    offset_m: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class TrackingProblem:
     """A problem with its truth.
@@ -121,7 +138,8 @@ class TrackingProblem:
         tracks: Ways of the targets.
         first_leader: Node that is told that it leads; None for none.
         watchdogs: Nodes that watch.
-        streams: Where noise comes from: a reading of node k in interval i from `node/<k>/sensing/<i>`.
+        streams: Where noise comes from: a reading of node k in interval i from `node/<k>/sensing/<i>`, and where sound
+            comes from: that of target n from `world/target/<n>/sound/<i>`.
     """
 
     parameters: TrackingParameters
@@ -185,12 +203,14 @@ class TrackingProblem:
             max_speed_m_per_s=parameters.max_speed_m_per_s,
             leads_first=node == self.first_leader,
             is_watchdog=node in self.watchdogs,
+            processing=_processing(parameters) if own is not None and self._samples(own) else None,
         )
 
     def observe(self, node: int, time_ns: int) -> FloatArray:
-        """An amplitude, or a bearing in radians from north clockwise; shape (1,).
+        """An amplitude or a bearing in radians from north clockwise, shape (1,), or samples of microphones, shape (4, L).
 
         Incoherent sources add up in power; a bearing is that of the loudest source at the sensor, and anywhere without one.
+        Microphones hear the sum of all sources, as spherical waves from where those are at the time of the reading.
 
         Raises:
             ScenarioError: When the node has no sensor.
@@ -198,35 +218,52 @@ class TrackingProblem:
         if node not in self.sensors:
             text = f"node {node} has no sensor to observe with"
             raise ScenarioError(text)
-        return np.array([self._reading(node, time_ns)])
+        spec = self.sensors[node]
+        interval = time_ns // s_to_ns(self.parameters.reading_s)
+        rng = self.streams.generator(f"node/{node}/sensing/{interval}")
+        if self._samples(spec):
+            return self._sampled(spec, time_ns, interval, rng)
+        reading = self._bearing(spec, time_ns, rng) if spec.measures_bearing else self._amplitude(spec, time_ns, rng)
+        return np.array([reading])
 
     def loudness(self, node: int, time_ns: int) -> float:
         """True rms amplitude at a sensor."""
-        return math.hypot(*self._sources(self.sensors[node], time_ns)[0])
+        return math.hypot(*(source.amplitude for source in self._sources(self.sensors[node], time_ns)))
 
-    def _reading(self, node: int, time_ns: int) -> float:
-        spec, parameters = self.sensors[node], self.parameters
-        interval = time_ns // s_to_ns(parameters.reading_s)
-        rng = self.streams.generator(f"node/{node}/sensing/{interval}")
-        loudness, bearings = self._sources(spec, time_ns)
-        if not spec.measures_bearing:
-            return math.hypot(*loudness) + parameters.amplitude_noise_sd * float(rng.standard_normal())
-        error = math.radians(parameters.bearing_noise_sd_deg) * float(rng.standard_normal())
+    def _samples(self, spec: SensorSpec) -> bool:
+        return spec.measures_bearing and self.parameters.bearings == "sampled"
+
+    def _amplitude(self, spec: SensorSpec, time_ns: int, rng: np.random.Generator) -> float:
+        loudness = math.hypot(*(source.amplitude for source in self._sources(spec, time_ns)))
+        return loudness + self.parameters.amplitude_noise_sd * float(rng.standard_normal())
+
+    def _bearing(self, spec: SensorSpec, time_ns: int, rng: np.random.Generator) -> float:
+        error = math.radians(self.parameters.bearing_noise_sd_deg) * float(rng.standard_normal())
         anywhere = math.pi * (2.0 * float(rng.random()) - 1.0)
-        bearing = bearings[loudness.index(max(loudness))] + error if loudness else anywhere
-        return (bearing + math.pi) % (2.0 * math.pi) - math.pi
+        loudest = max(self._sources(spec, time_ns), key=lambda source: source.amplitude, default=None)
+        return float(wrapped_rad(anywhere if loudest is None else float(bearing_rad(loudest.offset_m)) + error))
 
-    def _sources(self, spec: SensorSpec, time_ns: int) -> tuple[list[float], list[float]]:
-        """Amplitude and bearing of every target that is there, at a sensor."""
-        loudness, bearings = [], []
-        for target, track in zip(self.parameters.targets, self.tracks, strict=True):
+    def _sampled(self, spec: SensorSpec, time_ns: int, interval: int, rng: np.random.Generator) -> FloatArray:
+        array = self.parameters.microphones
+        places_m = np.asarray(square_m(array.side_m))
+        samples = array.noise_sd * rng.standard_normal((len(places_m), array.samples))
+        for source in self._sources(spec, time_ns):
+            spectrum = source_spectrum(array, self.streams.generator(f"world/target/{source.target}/sound/{interval}"))
+            range_m = np.hypot(*(source.offset_m - places_m).T)
+            gains = source.level / np.maximum(range_m, self.parameters.amplitude.least_range_m)
+            samples += heard(spectrum, array, range_m / array.sound_m_per_s, gains)
+        return samples
+
+    def _sources(self, spec: SensorSpec, time_ns: int) -> list[_Source]:
+        """Every target that is there, as a sensor has it."""
+        found = []
+        for number, (target, track) in enumerate(zip(self.parameters.targets, self.tracks, strict=True)):
             place_m = track.at(time_ns)
             if place_m is not None:
                 offset_m = np.subtract(place_m, spec.position_m)
                 range_m = max(math.hypot(*offset_m), self.parameters.amplitude.least_range_m)
-                loudness.append(target.amplitude / range_m)
-                bearings.append(float(bearing_rad(offset_m)))
-        return loudness, bearings
+                found.append(_Source(number, target.amplitude, target.amplitude / range_m, offset_m))
+        return found
 
     def _truth(self, time_ns: int) -> TruthTargets:
         places = {number: track.at(time_ns) for number, track in enumerate(self.tracks)}
@@ -295,6 +332,12 @@ def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingMode
         math.radians(bearing.noise_sd_at_zero_deg),
         math.radians(bearing.growth_deg_per_m),
     )
+
+
+def _processing(parameters: TrackingParameters) -> ArrayProcessing:
+    array = parameters.microphones
+    places_m = square_m(array.side_m)
+    return ArrayProcessing(places_m, array.samples, array.sampling_hz, array.sound_m_per_s, array.window)
 
 
 def _watches(parameters: TrackingParameters, place_m: tuple[float, float], field_m: Box) -> bool:

@@ -9,7 +9,19 @@ from typing import Any, Final, NamedTuple
 
 from netsim.algorithms.registry import CHEN_2006, LIU_2002
 from netsim.metrics.lifetime import DutyPlan
-from netsim.models import batteries, fading, first_order, harvest, lora, media, modulation, noise, placement, tracks
+from netsim.models import (
+    batteries,
+    fading,
+    first_order,
+    harvest,
+    lora,
+    media,
+    modulation,
+    noise,
+    placement,
+    sound,
+    tracks,
+)
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
 from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution, tracking
@@ -57,6 +69,7 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
     tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
     tracking.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
+    sound.MicrophoneArray: Cited("microphones", f"{LIU_2002}, section 5.2.1; sound and noise are netsim's own"),
     tracks.StraightTrack: Cited("track", f"{LIU_2002}, section 5.1"),
     **_own("problem", NoProblemParameters),
     coverage.DiscCoverage: Cited("coverage", f"{CHEN_2006}, section 4.1"),
