@@ -85,14 +85,10 @@ class BearingModel:
 
     def log_density(self, bearing_rad: ArrayLike, true_bearing_rad: ArrayLike, range_m: ArrayLike) -> FloatArray:
         """Logarithm of p(z|theta, r), broadcast: normal in the wrapped difference, cut off at half a turn (eq 11)."""
-        error_rad = wrapped_rad(np.asarray(bearing_rad, dtype=float) - np.asarray(true_bearing_rad, dtype=float))
-        return log_error_density(error_rad, self.spread_rad(range_m))
-
-
-def log_error_density(error_rad: FloatArray, sd_rad: FloatArray) -> FloatArray:
-    """Logarithm of the density of an angle's error in [-pi, pi), broadcast: normal, cut off there and normalised."""
-    log_inside = _log_interval(-np.pi / sd_rad, np.pi / sd_rad)
-    return np.asarray(-0.5 * (error_rad / sd_rad) ** 2 - np.log(sd_rad * math.sqrt(2.0 * math.pi)) - log_inside)
+        sd = self.spread_rad(range_m)
+        error = wrapped_rad(np.asarray(bearing_rad, dtype=float) - np.asarray(true_bearing_rad, dtype=float))
+        log_inside = _log_interval(-np.pi / sd, np.pi / sd)
+        return np.asarray(-0.5 * (error / sd) ** 2 - np.log(sd * math.sqrt(2.0 * math.pi)) - log_inside)
 
 
 def wrapped_rad(angle_rad: ArrayLike) -> FloatArray:

@@ -126,7 +126,7 @@ def table_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = Fa
     in its row. The table of an amplitude sensor's range bins is the same for all beliefs, so that a node keeps it.
     """
     density = 6 if isinstance(sensor.model, BearingModel) else sensor.model.density_operations + 1
-    places = len(belief.cells) * (sensor.place_operations + 2)
+    places = len(belief.cells) * (sensor.place_operations + FUNCTION_OPERATIONS + 4)
     return places + _computed_entries(belief, sensor, exact=exact) * (density + FUNCTION_OPERATIONS + 2)
 
 
