@@ -4,21 +4,22 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 from annotated_types import MinLen
 
 from netsim.errors import ScenarioError
-from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad, wrapped_rad
+from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec
 from netsim.kernels.beamformer import ArrayProcessing, square_m
 from netsim.kernels.grid_belief import Grid, grid_over
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.tracking_model import TrackingKnowledge
-from netsim.models.sound import MicrophoneArray, heard, source_spectrum
-from netsim.models.tracks import StraightTrack, Track, track_of
+from netsim.models.sound import MicrophoneArray
+from netsim.models.tracks import Track, TrackParameters, track_of
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, Probability, parameters
+from netsim.problems.acoustic_readings import AcousticReadings
 from netsim.problems.problem import placement
 from netsim.rng import Streams
 from netsim.trace.events import Event, TruthTargets, VariablePlacement
@@ -31,7 +32,7 @@ Box = tuple[float, float, float, float]
 class AcousticTarget:
     """A sound source that moves."""
 
-    track: StraightTrack
+    track: TrackParameters
     """Its way."""
     amplitude: Positive = 40.0
     """Rms amplitude at 1 m."""
@@ -117,16 +118,6 @@ class TrackingParameters:
             raise ValueError(message)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Source:
-    """A target at a time, as a sensor has it: number, amplitude at 1 m and at the sensor, offset from the sensor."""
-
-    target: int
-    level: float
-    amplitude: float
-    offset_m: FloatArray
-
-
 @dataclass(frozen=True, eq=False)
 class TrackingProblem:
     """A problem with its truth.
@@ -138,8 +129,7 @@ class TrackingProblem:
         tracks: Ways of the targets.
         first_leader: Node that is told that it leads; None for none.
         watchdogs: Nodes that watch.
-        streams: Where noise comes from: a reading of node k in interval i from `node/<k>/sensing/<i>`, and where sound
-            comes from: that of target n from `world/target/<n>/sound/<i>`.
+        streams: The run's random streams.
     """
 
     parameters: TrackingParameters
@@ -203,14 +193,11 @@ class TrackingProblem:
             max_speed_m_per_s=parameters.max_speed_m_per_s,
             leads_first=node == self.first_leader,
             is_watchdog=node in self.watchdogs,
-            processing=_processing(parameters) if own is not None and self._samples(own) else None,
+            processing=_processing(parameters) if own is not None and own.measures_bearing else None,
         )
 
     def observe(self, node: int, time_ns: int) -> FloatArray:
-        """An amplitude or a bearing in radians from north clockwise, shape (1,), or samples of microphones, shape (4, L).
-
-        Incoherent sources add up in power; a bearing is that of the loudest source at the sensor, and anywhere without one.
-        Microphones hear the sum of all sources, as spherical waves from where those are at the time of the reading.
+        """What a sensor reads (see `netsim.problems.acoustic_readings.AcousticReadings.of`).
 
         Raises:
             ScenarioError: When the node has no sensor.
@@ -218,52 +205,26 @@ class TrackingProblem:
         if node not in self.sensors:
             text = f"node {node} has no sensor to observe with"
             raise ScenarioError(text)
-        spec = self.sensors[node]
-        interval = time_ns // s_to_ns(self.parameters.reading_s)
-        rng = self.streams.generator(f"node/{node}/sensing/{interval}")
-        if self._samples(spec):
-            return self._sampled(spec, time_ns, interval, rng)
-        reading = self._bearing(spec, time_ns, rng) if spec.measures_bearing else self._amplitude(spec, time_ns, rng)
-        return np.array([reading])
+        return self._readings.of(node, time_ns)
 
     def loudness(self, node: int, time_ns: int) -> float:
         """True rms amplitude at a sensor."""
-        return math.hypot(*(source.amplitude for source in self._sources(self.sensors[node], time_ns)))
+        return self._readings.loudness(node, time_ns)
 
-    def _samples(self, spec: SensorSpec) -> bool:
-        return spec.measures_bearing and self.parameters.bearings == "sampled"
-
-    def _amplitude(self, spec: SensorSpec, time_ns: int, rng: np.random.Generator) -> float:
-        loudness = math.hypot(*(source.amplitude for source in self._sources(spec, time_ns)))
-        return loudness + self.parameters.amplitude_noise_sd * float(rng.standard_normal())
-
-    def _bearing(self, spec: SensorSpec, time_ns: int, rng: np.random.Generator) -> float:
-        error = math.radians(self.parameters.bearing_noise_sd_deg) * float(rng.standard_normal())
-        anywhere = math.pi * (2.0 * float(rng.random()) - 1.0)
-        loudest = max(self._sources(spec, time_ns), key=lambda source: source.amplitude, default=None)
-        return float(wrapped_rad(anywhere if loudest is None else float(bearing_rad(loudest.offset_m)) + error))
-
-    def _sampled(self, spec: SensorSpec, time_ns: int, interval: int, rng: np.random.Generator) -> FloatArray:
-        array = self.parameters.microphones
-        places_m = np.asarray(square_m(array.side_m))
-        samples = array.noise_sd * rng.standard_normal((len(places_m), array.samples))
-        for source in self._sources(spec, time_ns):
-            spectrum = source_spectrum(array, self.streams.generator(f"world/target/{source.target}/sound/{interval}"))
-            range_m = np.hypot(*(source.offset_m - places_m).T)
-            gains = source.level / np.maximum(range_m, self.parameters.amplitude.least_range_m)
-            samples += heard(spectrum, array, range_m / array.sound_m_per_s, gains)
-        return samples
-
-    def _sources(self, spec: SensorSpec, time_ns: int) -> list[_Source]:
-        """Every target that is there, as a sensor has it."""
-        found = []
-        for number, (target, track) in enumerate(zip(self.parameters.targets, self.tracks, strict=True)):
-            place_m = track.at(time_ns)
-            if place_m is not None:
-                offset_m = np.subtract(place_m, spec.position_m)
-                range_m = max(math.hypot(*offset_m), self.parameters.amplitude.least_range_m)
-                found.append(_Source(number, target.amplitude, target.amplitude / range_m, offset_m))
-        return found
+    @cached_property
+    def _readings(self) -> AcousticReadings:
+        parameters = self.parameters
+        amplitudes = (target.amplitude for target in parameters.targets)
+        return AcousticReadings(
+            sensors=self.sensors,
+            sources=tuple(zip(self.tracks, amplitudes, strict=True)),
+            least_range_m=parameters.amplitude.least_range_m,
+            amplitude_noise_sd=parameters.amplitude_noise_sd,
+            bearing_noise_sd_rad=math.radians(parameters.bearing_noise_sd_deg),
+            microphones=parameters.microphones if parameters.bearings == "sampled" else None,
+            reading_ns=s_to_ns(parameters.reading_s),
+            streams=self.streams,
+        )
 
     def _truth(self, time_ns: int) -> TruthTargets:
         places = {number: track.at(time_ns) for number, track in enumerate(self.tracks)}
@@ -300,7 +261,7 @@ def build(
         folder: What files are relative to.
 
     Raises:
-        ScenarioError: Without sensors, or for a track's file that is wrong.
+        ScenarioError: Without sensors, or for a track that is wrong (see `netsim.models.tracks.track_of`).
     """
     if not positions_m:
         text = "no node has a sensor, so there is nobody to track"
@@ -312,15 +273,23 @@ def build(
     sensors = {
         node: SensorSpec(positions_m[node], bearing_model if node in bearing else amplitude_model) for node in nodes
     }
-    tracks = tuple(
-        track_of(target.track, number, field_m, streams, folder) for number, target in enumerate(parameters.targets)
-    )
+    tracks = tuple(_track(parameters, number, field_m, streams, folder) for number in range(len(parameters.targets)))
     watchdogs = frozenset(node for node in nodes if _watches(parameters, positions_m[node], field_m))
     grid = grid_over(field_m, parameters.cell_m)
     problem = TrackingProblem(parameters, sensors, grid, tracks, None, watchdogs, streams)
     if parameters.first_leader == "none":
         return problem
     return TrackingProblem(parameters, sensors, grid, tracks, _loudest(problem), watchdogs, streams)
+
+
+def _track(parameters: TrackingParameters, number: int, field_m: Box, streams: Streams, folder: Path) -> Track:
+    try:
+        return track_of(parameters.targets[number].track, number, field_m, streams, folder)
+    except ScenarioError as error:
+        if error.findings:
+            raise
+        text = f"targets[{number}].track: {error}"
+        raise ScenarioError(text) from error
 
 
 def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingModel]:
@@ -334,9 +303,10 @@ def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingMode
     )
 
 
-def _processing(parameters: TrackingParameters) -> ArrayProcessing:
-    array = parameters.microphones
-    places_m = square_m(array.side_m)
+def _processing(parameters: TrackingParameters) -> ArrayProcessing | None:
+    if parameters.bearings == "drawn":
+        return None
+    array, places_m = parameters.microphones, square_m(parameters.microphones.side_m)
     return ArrayProcessing(places_m, array.samples, array.sampling_hz, array.sound_m_per_s, array.window)
 
 

@@ -15,11 +15,13 @@ from netsim.models import (
     first_order,
     harvest,
     lora,
+    manoeuvre,
     media,
     modulation,
     noise,
     placement,
     sound,
+    track_files,
     tracks,
 )
 from netsim.models.sensors import SensorParameters
@@ -70,6 +72,8 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
     tracking.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
     sound.MicrophoneArray: Cited("microphones", f"{LIU_2002}, section 5.2.1; sound and noise are netsim's own"),
+    **_own("track", tracks.WaypointTrack, tracks.FileTrack, track_files.TrackPoint),
+    manoeuvre.ManoeuvreTrack: Cited("track", "Gauss-Markov mobility, Liang and Haas 1999"),
     tracks.StraightTrack: Cited("track", f"{LIU_2002}, section 5.1"),
     **_own("problem", NoProblemParameters),
     coverage.DiscCoverage: Cited("coverage", f"{CHEN_2006}, section 4.1"),

@@ -5,6 +5,7 @@ from itertools import chain
 
 from netsim.models.device_tables import load_radio
 from netsim.scenario.load import LoadedScenario
+from netsim.scenario.tracking_warnings import tracking_warnings
 from netsim.sim.faults.rules import CrashRule, OutageRule, RoleCrashRule
 from netsim.sim.mac.lpl_timing import LplParameters
 from netsim.sim.mac.tdma import TdmaParameters
@@ -13,7 +14,10 @@ from netsim.units import s_to_ns
 
 def scenario_warnings(loaded: LoadedScenario) -> Iterator[str]:
     """What a valid scenario does that is without effect or at odds with itself, each once."""
-    checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (_time_sync, _faults, _duty_cycles, _guard_time)
+    checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (
+        *(_time_sync, _faults, _duty_cycles, _guard_time),
+        tracking_warnings,
+    )
     yield from chain.from_iterable(check(loaded) for check in checks)
 
 
