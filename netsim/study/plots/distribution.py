@@ -6,9 +6,22 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from netsim.study.plots.style import PALETTE, SOFT, Plot, colours_of, grid_of, legend_below, panels, shorten, wrap
+from netsim.study.plots.style import (
+    PALETTE,
+    SOFT,
+    Plot,
+    colours_of,
+    grid_of,
+    legend_below,
+    log_scale,
+    panels,
+    shorten,
+    spans_decades,
+    wrap,
+)
 from netsim.study.reporting.blocks import plain
-from netsim.study.reporting.names import title_with
+from netsim.study.reporting.names import title_with, unit_of
+from netsim.study.reporting.numbers import Scale, scale_for
 from netsim.study.reporting.view import View
 
 MOST_LINES = 8
@@ -25,10 +38,11 @@ def distribution_plots(view: View) -> Iterator[Plot]:
     figure, axes = panels(rows, columns, 0.8 + 2.6 * rows, sharey=True)
     looks = _looks(view, variants)
     for panel, metric in zip(axes.flat, metrics, strict=False):
+        scale = _scale(view, metric, variants)
         for variant in variants:
-            _steps(view, panel, metric, variant, looks[variant])
-        _median(panel)
-        panel.set_title(wrap(title_with(metric, view.scale(metric).unit), 40))
+            _steps(panel, [value * scale.factor for value in view.single(variant, metric)], looks[variant])
+        _finish(panel, [value * scale.factor for number in variants for value in view.single(number, metric)])
+        panel.set_title(wrap(title_with(metric, scale.unit), 40))
     for panel in axes[:, 0]:
         panel.set_ylabel("share of trials")
     for panel in list(axes.flat)[len(metrics) :]:
@@ -47,14 +61,21 @@ def _looks(view: View, variants: Sequence[int]) -> Mapping[int, Mapping[str, Any
     return {number: {"color": PALETTE[place % len(PALETTE)]} for place, number in enumerate(variants)}
 
 
-def _steps(view: View, panel: Any, metric: str, variant: int, look: Mapping[str, Any]) -> None:
-    values = np.sort(np.asarray(view.single(variant, metric))) * view.scale(metric).factor
-    if len(values):
+def _scale(view: View, metric: str, variants: Sequence[int]) -> Scale:
+    """By the largest value: of a long outage nobody speaks in milliseconds."""
+    return scale_for(unit_of(metric), [max(map(abs, view.single(number, metric)), default=0.0) for number in variants])
+
+
+def _steps(panel: Any, values: Sequence[float], look: Mapping[str, Any]) -> None:
+    if values:
+        ascending = np.sort(values)
         shares = np.arange(1, len(values) + 1) / len(values)
-        panel.step(np.append(values[0], values), np.append(0.0, shares), where="post", lw=1.6, **look)
+        panel.step(np.append(ascending[0], ascending), np.append(0.0, shares), where="post", lw=1.6, **look)
 
 
-def _median(panel: Any) -> None:
+def _finish(panel: Any, values: Sequence[float]) -> None:
+    if spans_decades(values):
+        log_scale(panel.xaxis, values)
     panel.axhline(0.5, color=SOFT, lw=0.8, ls=":")
     panel.set_ylim(0.0, 1.02)
 
