@@ -63,7 +63,8 @@ def _looks(view: View, variants: Sequence[int]) -> Mapping[int, Mapping[str, Any
 
 def _scale(view: View, metric: str, variants: Sequence[int]) -> Scale:
     """By the largest value: of a long outage nobody speaks in milliseconds."""
-    return scale_for(unit_of(metric), [max(map(abs, view.single(number, metric)), default=0.0) for number in variants])
+    largest = max((abs(value) for number in variants for value in view.single(number, metric)), default=0.0)
+    return scale_for(unit_of(metric), [largest])
 
 
 def _steps(panel: Any, values: Sequence[float], look: Mapping[str, Any]) -> None:
