@@ -57,9 +57,9 @@ def draw(run: TrackRun, times_ns: Sequence[int]) -> Figure:
     above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
     above.suptitle(f"Track: {run.title}", x=0.01, ha="left", fontsize=11, color=flow_look.INK)
     _draw_panels(above, run, moments, (rows, across))
-    middle.legend(
-        handles=legend_handles(run, moments), loc="center", ncols=4, fontsize=8, columnspacing=1.6, handletextpad=0.6
-    )
+    handles = legend_handles(run, moments)
+    across = -(-len(handles) // 2)
+    middle.legend(handles=handles, loc="center", ncols=across, fontsize=8, columnspacing=1.4, handletextpad=0.6)
     _draw_error(below.subplots(), run, moments)
     return figure
 
@@ -99,13 +99,16 @@ def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
         spread_s, spread_m = _spread(run, track)
         label = "belief: root of its variance" if not number else None
         axes.fill_between(spread_s, spread_m, color=look.SPREAD, alpha=0.45, lw=0, label=label)
+    for number, (begin_ns, end_ns) in enumerate(run.outages_ns):
+        label = "no leader" if not number else None
+        axes.axvspan(begin_ns / NS_PER_S, end_ns / NS_PER_S, color=look.OUTAGE, alpha=0.35, lw=0, label=label)
     _mark_instants(axes, run, moments)
     axes.set_ylim(0.0, _top_m(run))
     axes.margins(x=0.01)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("distance from target (m)")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=2, borderaxespad=0.0)
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=3, borderaxespad=0.0)
 
 
 def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
@@ -118,6 +121,7 @@ def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None
             axes.annotate(
                 in_seconds(each.time_ns), (each.time_ns / NS_PER_S, 1.0), (3, -2), xycoords=("data", "axes fraction"),
                 textcoords="offset points", va="top", fontsize=7.5, color=look.LEADER,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
             )  # fmt: skip
 
 
