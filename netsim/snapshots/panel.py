@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from netsim.flow import look as flow_look
 from netsim.snapshots import look
 from netsim.snapshots.load import Place, Step, TrackRun
-from netsim.snapshots.moment import Moment, Now, error_m, in_seconds
+from netsim.snapshots.moment import Moment, Now, in_seconds
 
 CELL_COLOURS = LinearSegmentedColormap.from_list("belief", look.CELLS)
 CELL_SCALE = PowerNorm(0.5, 0.0, 1.0)
@@ -58,7 +58,7 @@ def said(run: TrackRun, moment: Moment) -> str:
     who = f"{run.names.get(now.step.node, now.step.node)} leads" if now.led_m else "belief at the centre"
     if now.step.is_blank:
         return f"{who}, uniform belief"
-    off_m = error_m(run, now.step.time_ns, now.trail_m[-1]) if now.trail_m else None
+    off_m = run.truth.nearest_m(now.step.time_ns, now.trail_m[-1]) if now.trail_m else None
     return who if off_m is None else f"{who}, {off_m:.1f} m off"
 
 

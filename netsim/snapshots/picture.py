@@ -12,7 +12,7 @@ from netsim.flow import look as flow_look
 from netsim.flow.drawing import save, styled
 from netsim.snapshots import look
 from netsim.snapshots.load import TrackRun
-from netsim.snapshots.moment import HOLD_S, Moment, error_m, in_seconds, moment
+from netsim.snapshots.moment import HOLD_S, Moment, in_seconds, moment
 from netsim.snapshots.panel import CELL_COLOURS, CELL_SCALE, draw_panel, legend_handles
 from netsim.units import NS_PER_S
 
@@ -128,7 +128,7 @@ def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None
 def _errors(run: TrackRun, track: int) -> tuple[list[float], list[float]]:
     """Times and errors; a gap, so that no line bridges it, where nothing is said for long."""
     pairs = [
-        (each.time_ns / NS_PER_S, error_m(run, each.time_ns, each.place_m))
+        (each.time_ns / NS_PER_S, run.truth.nearest_m(each.time_ns, each.place_m))
         for each in run.guesses
         if each.track == track
     ]
@@ -153,7 +153,7 @@ def _with_gaps(pairs: Sequence[tuple[float, float]]) -> tuple[list[float], list[
 
 def _top_m(run: TrackRun) -> float:
     """Upper end of the scale: the first beliefs, which know nothing, may leave it."""
-    errors = sorted(off for each in run.guesses if (off := error_m(run, each.time_ns, each.place_m)) is not None)
+    errors = sorted(off for each in run.guesses if (off := run.truth.nearest_m(each.time_ns, each.place_m)) is not None)
     spreads = sorted(math.sqrt(each.belief.variance_m2) for each in run.steps)
     usual = [values[int(0.95 * (len(values) - 1))] for values in (errors, spreads) if values]
     return 1.35 * max([*usual, 1.0])
