@@ -48,6 +48,11 @@ def _followed(figures: Mapping[str, Any]) -> Iterator[Row]:
         metres(figures["estimate_error_mean_m"]),
     )
     yield "  without the first of each track", metres(figures["estimate_error_mean_after_start_m"])
+    if figures.get("belief_age_mean_s", 0.0) >= _OLD_S:
+        yield (
+            f"  at the reading, {seconds(figures['belief_age_mean_s'])} before it is there",
+            metres(figures["belief_error_mean_after_start_m"]),
+        )
     if figures["estimates_lost_share"]:
         yield "  beyond the cut-off: track lost", percent(figures["estimates_lost_share"])
     yield "targets followed, share of the time", percent(figures["targets_followed_share"])
@@ -70,6 +75,7 @@ def _handoffs(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 _NOTHING_BIT = 1e-9  # rounding
+_OLD_S = 0.02  # a belief is that old at most where a node senses and computes without waiting for others
 
 
 def _leaders(figures: Mapping[str, Any]) -> Iterator[Row]:

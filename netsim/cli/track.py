@@ -13,7 +13,7 @@ from netsim.cli.replay import trace_file
 from netsim.cli.tables import plain_table
 from netsim.errors import ScenarioError
 from netsim.snapshots.load import Step, TrackRun, load_track
-from netsim.snapshots.moment import SOON_S, error_m, moment, usual_times_ns
+from netsim.snapshots.moment import SOON_S, moment, usual_times_ns
 from netsim.units import NS_PER_S, s_to_ns
 
 _PICTURES = (".png", ".svg")
@@ -65,7 +65,7 @@ def plain_step(run: TrackRun, step: Step) -> dict[str, Any]:
         "node": _name(run, step.node),
         "leads": step.node in run.leaders,
         "estimate_m": [x_m, y_m],
-        "error_m": error_m(run, step.time_ns, (x_m, y_m)),
+        "error_m": run.truth.nearest_m(step.time_ns, (x_m, y_m)),
         "variance_m2": step.belief.variance_m2,
         "cells": len(step.belief.cells),
         "neighbours": [] if choice is None else [_name(run, int(node)) for node in choice.candidate],
@@ -100,7 +100,7 @@ def _print(run: TrackRun, steps: Sequence[Step]) -> None:
 
 def _cells(run: TrackRun, step: Step) -> tuple[str, ...]:
     x_m, y_m = step.belief.mean_m.tolist()
-    off_m = error_m(run, step.time_ns, (x_m, y_m))
+    off_m = run.truth.nearest_m(step.time_ns, (x_m, y_m))
     sizes = "-" if off_m is None else f"{off_m:.2f}", f"{math.sqrt(step.belief.variance_m2):.2f}"
     who = f"{step.time_ns / NS_PER_S:.3f}", _name(run, step.node), str(step.track)
     return *who, *sizes, f"{len(step.belief.cells)}"

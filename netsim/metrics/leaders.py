@@ -31,12 +31,16 @@ _Choice = tuple[tuple[int, int], frozenset[int]]  # track and step, and to whom 
 _NO_CHOICE: _Choice = (_UNKNOWN, _UNKNOWN), frozenset()
 
 
+Span = tuple[int, int]
+"""From here to there, ns."""
+
+
 class _Spans:
     """When something was so; what began and ended at the same instant was not."""
 
     def __init__(self) -> None:
         self._since_ns: int | None = None
-        self.lengths_ns: list[int] = []
+        self.found_ns: list[Span] = []
 
     def begin(self, now_ns: int) -> None:
         """It is so from now on, if it was not already."""
@@ -46,12 +50,16 @@ class _Spans:
     def end(self, now_ns: int) -> None:
         """It is so no more, if it was."""
         if self._since_ns is not None and now_ns > self._since_ns:
-            self.lengths_ns.append(now_ns - self._since_ns)
+            self.found_ns.append((self._since_ns, now_ns))
         self._since_ns = None
 
     def forget(self) -> None:
         """It did not count, as it turned out."""
         self._since_ns = None
+
+    def lengths_s(self) -> list[float]:
+        """How long it was so each time."""
+        return [(end_ns - begin_ns) / NS_PER_S for begin_ns, end_ns in self.found_ns]
 
 
 class Leaders:
@@ -85,13 +93,18 @@ class Leaders:
             EnergyLedger: self._on_end,
         }
 
+    def outages_ns(self) -> list[Span]:
+        """When nobody led though a target was there; one that still goes on ends with the last event."""
+        self._close()
+        return self._outages.found_ns
+
     def figures(self) -> dict[str, Any]:
         """The metrics; empty where nobody ever led."""
         if not self._led:
             return {}
         self._close()
-        outages_s = [length_ns / NS_PER_S for length_ns in self._outages.lengths_ns]
-        doubled_s = [length / NS_PER_S for spans in self._doubled.values() for length in spans.lengths_ns]
+        outages_s = self._outages.lengths_s()
+        doubled_s = [length_s for spans in self._doubled.values() for length_s in spans.lengths_s()]
         return {
             "leader_first_s": self._first_ns / NS_PER_S,
             "leader_nodes": len(self._led),

@@ -4,6 +4,7 @@ The figures that Liu, Reich, Zhao 2002 print in their Tables 4 and 5, and what t
 tells of how it was started, not of how it is followed; means are therefore given with and without it.
 """
 
+import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from netsim.kernels.grid_belief import Grid, GridBelief
 from netsim.metrics.tracks import CUT_OFF_M, Fix, TargetTruth, cut_off_of
 from netsim.trace.events import Belief, Estimate, Handoff, Problem, TruthTargets
 from netsim.trace.recorder import Handler
+from netsim.units import NS_PER_S, s_to_ns
 
 Values = Sequence[float]
 
@@ -36,7 +38,7 @@ class EstimateErrors:
         """The metrics; empty where nobody estimated anything, or there are no targets."""
         if not self._fixes or self._truth.is_empty:
             return {}
-        errors_m = [(fix, self._error_m(fix)) for fix in self._fixes]
+        errors_m = [(fix, self._truth.nearest_m(fix.time_ns, fix.place_m)) for fix in self._fixes]
         known = [(fix, error_m) for fix, error_m in errors_m if error_m is not None]
         every = [error_m for _, error_m in known]
         begun_ns = _begun_ns([(fix.track, fix.time_ns) for fix in self._fixes])
@@ -46,10 +48,6 @@ class EstimateErrors:
             "estimate_error_max_m": max(every, default=None),
             "estimates_lost_share": _mean([float(error_m >= self._cut_off_m) for error_m in every]),
         }
-
-    def _error_m(self, fix: Fix) -> float | None:
-        there = self._truth.at(fix.time_ns).values()
-        return min((math.dist(fix.place_m, place_m) for place_m in there), default=None)
 
     def _on_problem(self, event: Problem, _: int) -> None:
         self._cut_off_m = cut_off_of(event, self._cut_off_m)
@@ -61,42 +59,65 @@ class EstimateErrors:
 
 
 @dataclass(slots=True)
-class _Spread:
-    """Of one belief: its track, when it was told, and its size."""
+class _Told:
+    """Of one belief: its track and step, when it was told, its mean and its size."""
 
     track: int
+    step: int
     time_ns: int
+    mean_m: tuple[float, float]
     variance_m2: float
     cells: int
 
 
 class Beliefs:
-    """How wide the beliefs are."""
+    """How wide the beliefs are, how old, and how far off at the instant of their last reading."""
 
     def __init__(self) -> None:
-        self._spreads: list[_Spread] = []
+        self._told: list[_Told] = []
+        self._truth = TargetTruth()
+        self._reading_ns: int | None = None
 
     def handlers(self) -> Mapping[type[Any], Handler]:
         """See `Observer.handlers`."""
-        return {Belief: self._on_belief}
+        return {Problem: self._on_problem, TruthTargets: self._truth.add, Belief: self._on_belief}
 
     def figures(self) -> dict[str, Any]:
         """The metrics; empty without a belief."""
-        if not self._spreads:
+        if not self._told:
             return {}
-        begun_ns = _begun_ns([(each.track, each.time_ns) for each in self._spreads])
-        later = [each for each in self._spreads if each.time_ns > begun_ns[each.track]]
+        begun_ns = _begun_ns([(each.track, each.time_ns) for each in self._told])
+        later = [each for each in self._told if each.time_ns > begun_ns[each.track]]
         return {
-            "beliefs": len(self._spreads),
-            "belief_variance_mean_m2": _mean([each.variance_m2 for each in self._spreads]),
+            "beliefs": len(self._told),
+            "belief_variance_mean_m2": _mean([each.variance_m2 for each in self._told]),
             "belief_variance_mean_after_start_m2": _mean([each.variance_m2 for each in later]),
-            "belief_cells_mean": _mean([each.cells for each in self._spreads]),
+            "belief_cells_mean": _mean([each.cells for each in self._told]),
             "belief_cells_mean_after_start": _mean([each.cells for each in later]),
+        } | self._at_readings(later, self._reading_ns)
+
+    def _at_readings(self, later: Sequence[_Told], reading_ns: int | None) -> dict[str, Any]:
+        """Judged at the instants of the readings; missing where the problem does not say when these are."""
+        if reading_ns is None:
+            return {}
+        errors_m = [self._truth.nearest_m(each.step * reading_ns, each.mean_m) for each in later]
+        ages_s = [(each.time_ns - each.step * reading_ns) / NS_PER_S for each in self._told]
+        return {
+            "belief_error_mean_after_start_m": _mean([error_m for error_m in errors_m if error_m is not None]),
+            "belief_age_mean_s": _mean(ages_s),
+            "belief_age_max_s": max(ages_s),
         }
 
+    def _on_problem(self, event: Problem, _: int) -> None:
+        if event.kind == "tracking":
+            reading_s = json.loads(event.content_json).get("reading_s")
+            self._reading_ns = None if reading_s is None else s_to_ns(reading_s)
+
     def _on_belief(self, event: Belief, now_ns: int) -> None:
-        variance_m2 = belief_of(event).variance_m2
-        self._spreads.append(_Spread(event.target, now_ns, variance_m2, len(event.cell)))
+        belief = belief_of(event)
+        x_m, y_m = belief.mean_m.tolist()
+        told = _Told(event.target, event.step, now_ns, (x_m, y_m), belief.variance_m2, len(event.cell))
+        self._told.append(told)
 
 
 def belief_of(event: Belief) -> GridBelief:

@@ -1,6 +1,7 @@
 """True targets and estimated tracks over time."""
 
 import json
+import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -68,6 +69,10 @@ class TargetTruth:
         after, start_ns = self._records[number], self._times_ns[number - 1]
         share = (time_ns - start_ns) / (self._times_ns[number] - start_ns)
         return {target: _between(place, after.get(target, place), share) for target, place in before.items()}
+
+    def nearest_m(self, time_ns: int, place_m: tuple[float, float]) -> float | None:
+        """Distance of a place from the nearest target at a time; None without any."""
+        return min((math.dist(place_m, there_m) for there_m in self.at(time_ns).values()), default=None)
 
 
 def _between(one: tuple[float, float], other: tuple[float, float], share: float) -> tuple[float, float]:

@@ -35,10 +35,9 @@ class BeliefTrack:
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One row a belief."""
-        batch = batch.from_start(self._setting.pace.start_ns)
         track = batch.numbers("target")
         for number in np.unique(track).tolist():
-            mine = batch.where(track == number)
+            mine = batch.where(track == number).from_start(self._setting.pace.start_ns)
             if number not in self._shapes:
                 self._shapes[number] = self._shape(mine)
                 yield from self._look(mine, number)
@@ -66,6 +65,7 @@ class BeliefTrack:
         looks = rr.Image.from_fields(
             format=rr.components.ImageFormat(columns, rows, color_model="RGBA", channel_datatype="U8"),
             magnification_filter="nearest",
+            opacity=0.999,  # otherwise Rerun draws it as if nothing were behind it
             draw_order=style.ORDER["beliefs"],
         )
         yield static(_path(number), looks)

@@ -78,13 +78,13 @@ class TrailTrack:
     def _curves(self) -> Iterator[Chunk]:
         """Error of each track, and how large its covariance says that it is."""
         many = len(self._told) > 1
-        for number, fixes in self._told.items():
+        for place, (number, fixes) in enumerate(self._told.items()):
             times = np.array([time_ns for time_ns, _, _ in fixes], np.int64)
             inside = times >= self._pace.start_ns
             whose = f" of track {number}" if many else ""
             curves = (
-                ("error", self._errors_m(fixes), style.ESTIMATE),
-                ("spread", np.array(self._spread_m[number]), style.MEAN),
+                ("error", self._errors_m(fixes), style.kind_colour(2 * place) if many else style.ESTIMATE),
+                ("spread", np.array(self._spread_m[number]), style.kind_colour(2 * place + 1) if many else style.MEAN),
             )
             for name, values, colour in curves:
                 known = inside & np.isfinite(values)

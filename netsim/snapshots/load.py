@@ -10,10 +10,12 @@ import numpy as np
 
 from netsim.errors import ScenarioError, TraceError
 from netsim.kernels.grid_belief import GridBelief
+from netsim.metrics.leaders import Leaders, Span
 from netsim.metrics.tracking_beliefs import belief_of
 from netsim.metrics.tracks import Points, TargetTruth
 from netsim.trace.events import (
     Belief,
+    EnergyLedger,
     Estimate,
     Event,
     FieldInfo,
@@ -26,7 +28,7 @@ from netsim.trace.events import (
 )
 from netsim.trace.reader import read_trace, trace_metadata
 
-_KINDS = (Belief, Estimate, FieldInfo, Handoff, NodeLife, NodeTable, Problem, Role, TruthTargets)
+_KINDS = (Belief, EnergyLedger, Estimate, FieldInfo, Handoff, NodeLife, NodeTable, Problem, Role, TruthTargets)
 _TOPICS = {each.topic for each in _KINDS}
 _DOWN, _UP = ("died", "crashed"), ("started", "rebooted")
 
@@ -85,6 +87,7 @@ class TrackRun:
         choices: Whom a node chose at a step of a track, the first choice.
         leaders: Nodes that ever lead.
         lives: When a node went down (True) or came up.
+        outages_ns: When nobody led though a target was there.
     """
 
     title: str
@@ -100,6 +103,15 @@ class TrackRun:
     choices: dict[tuple[int, int, int], Handoff] = field(default_factory=dict)
     leaders: set[int] = field(default_factory=set)
     lives: list[tuple[int, int, bool]] = field(default_factory=list)
+    outages_ns: list[Span] = field(default_factory=list)
+
+    def is_leaderless(self, time_ns: int) -> bool:
+        """Whether nobody leads at an instant though somebody did and a target is there."""
+        return any(begin_ns <= time_ns < end_ns for begin_ns, end_ns in self.outages_ns)
+
+    def ordinal(self, track: int) -> int:
+        """The place of a track in the order in which they began, from 1."""
+        return list(dict.fromkeys(step.track for step in self.steps)).index(track) + 1
 
     def choice(self, step: Step) -> Handoff | None:
         """Whom the node of a step chose as next leader."""
@@ -115,8 +127,14 @@ def load_track(trace: Path) -> TrackRun:
     """
     metadata = trace_metadata(trace)
     run = TrackRun(f"{metadata.get('scenario', trace.stem)}, seed {metadata.get('seed', '?')}")
+    leading = Leaders()
+    follow = leading.handlers()
     for time_ns, event in read_trace(trace, _TOPICS):
-        _TAKE[type(event)](run, event, time_ns)
+        if type(event) in _TAKE:
+            _TAKE[type(event)](run, event, time_ns)
+        if type(event) in follow:
+            follow[type(event)](event, time_ns)
+    run.outages_ns = leading.outages_ns()
     if not run.places_m or run.box_m is None:
         message = f"{trace}: expected a table of nodes and a field, got none"
         raise TraceError(message)

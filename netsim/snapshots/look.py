@@ -14,3 +14,4 @@ CENTRE: Final = "#111827"
 CELLS: Final = ("#ffffff", "#dcd9ec", "#a9a3cf", "#6a5fae", "#3a2a7c", "#1c0f4d")
 """From no probability to that of the most probable cell."""
 SPREAD: Final = "#a9a3cf"
+OUTAGE: Final = "#D7191C"

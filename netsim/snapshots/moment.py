@@ -1,6 +1,5 @@
 """How a track stands at an instant."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -93,11 +92,6 @@ def usual_times_ns(run: TrackRun) -> list[int]:
     first_ns, last_ns = run.steps[0].time_ns, run.steps[-1].time_ns
     wanted = [first_ns + (last_ns - first_ns) * (2 * third + 1) // (2 * _SPREAD) for third in range(_SPREAD)]
     return sorted({min((abs(step.time_ns - at), step.time_ns) for step in run.steps)[1] for at in wanted})
-
-
-def error_m(run: TrackRun, time_ns: int, place_m: Place) -> float | None:
-    """Distance of a place from the nearest target at an instant; None without any."""
-    return min((math.dist(place_m, there) for there in run.truth.at(time_ns).values()), default=None)
 
 
 def in_seconds(time_ns: int) -> str:

@@ -11,12 +11,13 @@ from matplotlib.lines import Line2D
 from netsim.flow import look as flow_look
 from netsim.snapshots import look
 from netsim.snapshots.load import Place, Step, TrackRun
-from netsim.snapshots.moment import Moment, Now, error_m, in_seconds
+from netsim.snapshots.moment import Moment, Now, in_seconds
 
 CELL_COLOURS = LinearSegmentedColormap.from_list("belief", look.CELLS)
 CELL_SCALE = PowerNorm(0.5, 0.0, 1.0)
 """Square root, so that unlikely cells are seen too."""
 _PALE = 0.03
+_PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
 
 _SQUARE: dict[str, Any] = {"marker": "s", "mfc": "none", "ls": ""}
 _SENSOR: dict[str, Any] = {"marker": "D", "ls": "", "mec": look.SENSOR_EDGE, "mew": 0.5, "ms": 4.6, "zorder": 4}
@@ -32,6 +33,11 @@ def draw_panel(axes: Axes, run: TrackRun, moment: Moment) -> None:
     _draw_sensors(axes, run, moment.down)
     for now in moment.tracks.values():
         _draw_leader(axes, run, now)
+        if len(moment.tracks) > 1 and now.trail_m:
+            name = f"track {run.ordinal(now.step.track)}"
+            axes.annotate(
+                name, now.trail_m[-1], (8, -9), textcoords="offset points", fontsize=7.5, zorder=9, bbox=_PAPER
+            )
     for x_m, y_m in moment.targets.values():
         axes.plot(x_m, y_m, marker="+", color="white", ms=15, mew=4.5, zorder=7)
         axes.plot(x_m, y_m, marker="+", color=look.TARGET, ms=13, mew=2.4, zorder=8)
@@ -47,10 +53,12 @@ def said(run: TrackRun, moment: Moment) -> str:
     if len(moment.tracks) > 1:
         return f"{len(moment.tracks)} tracks"
     (now,) = moment.tracks.values()
+    if run.is_leaderless(moment.time_ns):
+        return f"no leader, last {run.names.get(now.step.node, now.step.node)}"
     who = f"{run.names.get(now.step.node, now.step.node)} leads" if now.led_m else "belief at the centre"
     if now.step.is_blank:
         return f"{who}, uniform belief"
-    off_m = error_m(run, now.step.time_ns, now.trail_m[-1]) if now.trail_m else None
+    off_m = run.truth.nearest_m(now.step.time_ns, now.trail_m[-1]) if now.trail_m else None
     return who if off_m is None else f"{who}, {off_m:.1f} m off"
 
 

@@ -12,7 +12,7 @@ from netsim.flow import look as flow_look
 from netsim.flow.drawing import save, styled
 from netsim.snapshots import look
 from netsim.snapshots.load import TrackRun
-from netsim.snapshots.moment import HOLD_S, Moment, error_m, in_seconds, moment
+from netsim.snapshots.moment import HOLD_S, Moment, in_seconds, moment
 from netsim.snapshots.panel import CELL_COLOURS, CELL_SCALE, draw_panel, legend_handles
 from netsim.units import NS_PER_S
 
@@ -57,9 +57,9 @@ def draw(run: TrackRun, times_ns: Sequence[int]) -> Figure:
     above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
     above.suptitle(f"Track: {run.title}", x=0.01, ha="left", fontsize=11, color=flow_look.INK)
     _draw_panels(above, run, moments, (rows, across))
-    middle.legend(
-        handles=legend_handles(run, moments), loc="center", ncols=4, fontsize=8, columnspacing=1.6, handletextpad=0.6
-    )
+    handles = legend_handles(run, moments)
+    across = -(-len(handles) // 2)
+    middle.legend(handles=handles, loc="center", ncols=across, fontsize=8, columnspacing=1.4, handletextpad=0.6)
     _draw_error(below.subplots(), run, moments)
     return figure
 
@@ -99,13 +99,16 @@ def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
         spread_s, spread_m = _spread(run, track)
         label = "belief: root of its variance" if not number else None
         axes.fill_between(spread_s, spread_m, color=look.SPREAD, alpha=0.45, lw=0, label=label)
+    for number, (begin_ns, end_ns) in enumerate(run.outages_ns):
+        label = "no leader" if not number else None
+        axes.axvspan(begin_ns / NS_PER_S, end_ns / NS_PER_S, color=look.OUTAGE, alpha=0.35, lw=0, label=label)
     _mark_instants(axes, run, moments)
     axes.set_ylim(0.0, _top_m(run))
     axes.margins(x=0.01)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("distance from target (m)")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=2, borderaxespad=0.0)
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=3, borderaxespad=0.0)
 
 
 def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
@@ -118,13 +121,14 @@ def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None
             axes.annotate(
                 in_seconds(each.time_ns), (each.time_ns / NS_PER_S, 1.0), (3, -2), xycoords=("data", "axes fraction"),
                 textcoords="offset points", va="top", fontsize=7.5, color=look.LEADER,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
             )  # fmt: skip
 
 
 def _errors(run: TrackRun, track: int) -> tuple[list[float], list[float]]:
     """Times and errors; a gap, so that no line bridges it, where nothing is said for long."""
     pairs = [
-        (each.time_ns / NS_PER_S, error_m(run, each.time_ns, each.place_m))
+        (each.time_ns / NS_PER_S, run.truth.nearest_m(each.time_ns, each.place_m))
         for each in run.guesses
         if each.track == track
     ]
@@ -149,7 +153,7 @@ def _with_gaps(pairs: Sequence[tuple[float, float]]) -> tuple[list[float], list[
 
 def _top_m(run: TrackRun) -> float:
     """Upper end of the scale: the first beliefs, which know nothing, may leave it."""
-    errors = sorted(off for each in run.guesses if (off := error_m(run, each.time_ns, each.place_m)) is not None)
+    errors = sorted(off for each in run.guesses if (off := run.truth.nearest_m(each.time_ns, each.place_m)) is not None)
     spreads = sorted(math.sqrt(each.belief.variance_m2) for each in run.steps)
     usual = [values[int(0.95 * (len(values) - 1))] for values in (errors, spreads) if values]
     return 1.35 * max([*usual, 1.0])

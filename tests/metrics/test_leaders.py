@@ -95,6 +95,21 @@ def test_a_leader_that_dies_leaves_an_outage() -> None:
     assert figures["leader_changes"] == 2
 
 
+def test_outages_are_told_with_their_instants() -> None:
+    reducer = Leaders()
+    handlers = reducer.handlers()
+    for time_s, event in (
+        (0.0, TARGET),
+        (1.0, leads(4)),
+        (2.0, leaves(4)),
+        (3.5, leads(5)),
+        (8.0, leaves(5)),
+        (9.0, END),
+    ):
+        handlers[type(event)](event, s_to_ns(time_s))
+    assert reducer.outages_ns() == [(s_to_ns(2.0), s_to_ns(3.5)), (s_to_ns(8.0), s_to_ns(9.0))]
+
+
 def test_a_choice_of_an_earlier_lead_excuses_nothing() -> None:
     """Node 4 chose 5 once; when it leads again and crashes before it chooses, 5 takes over after an outage."""
     figures = figures_of(

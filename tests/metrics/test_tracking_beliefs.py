@@ -86,6 +86,20 @@ def test_the_spread_of_beliefs_by_hand() -> None:
     assert figures["belief_cells_mean_after_start"] == 2.0
 
 
+def test_a_belief_is_judged_at_its_reading_and_has_an_age() -> None:
+    """The target goes east at 10 m/s from (-22.5, -22.5) m; the belief of step 2 says where it was then, 0.4 s later."""
+    rows = (
+        (0.0, TruthTargets([0], [-22.5], [-22.5])),
+        (0.1, belief(0, 0, [99], [1.0])),
+        (1.4, belief(0, 2, [2], [1.0])),
+        (2.0, TruthTargets([0], [-2.5], [-22.5])),
+    )
+    figures = figures_of((0.0, Problem("tracking", json.dumps({"reading_s": 0.5}))), *rows)
+    assert figures["belief_error_mean_after_start_m"] == pytest.approx(0.0, abs=1e-9)
+    assert (figures["belief_age_mean_s"], figures["belief_age_max_s"]) == (pytest.approx(0.25), pytest.approx(0.4))
+    assert "belief_age_mean_s" not in figures_of(*rows)
+
+
 def test_a_belief_is_read_as_it_was_written() -> None:
     told = belief_of(belief(0, 0, list(range(100)), [0.01] * 100))
     assert told.grid.size == 100

@@ -1,5 +1,6 @@
 """Snapshots of a track: how things stand at an instant, what the panels show, the files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,14 @@ def test_who_is_down_is_crossed_out(run: TrackRun) -> None:
     axes = draw(run, [7 * HALF_S]).axes[0]
     assert lines_of(axes, "x", look.DOWN) == [(30.0, 40.0)]
     assert len(lines_of(axes, "D", look.AMPLITUDE)) == 2
+
+
+def test_an_outage_is_told_and_shaded(run: TrackRun) -> None:
+    figure = draw(replace(run, outages_ns=[(2 * HALF_S, 3 * HALF_S)]), [2 * HALF_S, 3 * HALF_S])
+    assert [axes.get_title(loc="right") for axes in figure.axes[:2]] == ["no leader, last c", "d leads, 1.2 m off"]
+    labels = [text.get_text() for text in figure.axes[-1].get_legend().get_texts()]
+    assert labels == ["error", "belief: root of its variance", "no leader"]
+    assert run.outages_ns == []  # others still lead when one crashes
 
 
 def test_a_belief_at_the_centre_has_no_leader(central: TrackRun) -> None:

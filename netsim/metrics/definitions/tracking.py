@@ -192,6 +192,23 @@ METRICS = (
             f"Belief; {LIU}",
         ),
         ("belief_cells_mean_after_start", "1", "", "The same without the first belief of each track.", "Belief"),
+        (
+            "belief_error_mean_after_start_m",
+            "m",
+            "lower",
+            "Distance of a belief's mean from the nearest target at the instant of its last reading, which is its step "
+            "times the problem's time between readings: without what the target moved until the belief was there. Mean "
+            "over the beliefs but the first of each track; missing for another problem than tracking.",
+            "Belief, TruthTargets, Problem",
+        ),
+        (
+            "belief_age_mean_s",
+            "s",
+            "lower",
+            "From that instant until the belief is there, for sensing, messages and computing, mean over the beliefs.",
+            "Belief, Problem",
+        ),
+        ("belief_age_max_s", "s", "lower", "The longest such time.", "Belief, Problem"),
     ),
     *grouped(
         "tracking: identity",
