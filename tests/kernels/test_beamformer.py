@@ -97,18 +97,34 @@ def test_least_squares_over_all_bins_of_both_signs_is_least_where_the_beam_is_st
     np.testing.assert_allclose(squares, whole - 2.0 * power / 4.0, rtol=1e-9)
 
 
-def test_in_little_noise_the_spread_is_the_cramer_rao_bound():
-    rng, noise_sd, count = np.random.default_rng(3), 1.0, 300
-    errors, bounds = [], []
+def first_order_spread_rad(spectrum, noise_sd, processing):
+    """Spread of eq 9's bearing to first order in the noise, also where that is not small against the signal in every bin.
+
+    With b = D^H G, b' = D'^H G and J = sum |b|^2 the error is J' / -J''. Signal and noise give J' a variance of 2 sum |D'|^2
+    L s^2 (M^2 |S|^2 + M L s^2), and -J'' is 2 M sum |D'|^2 |S|^2, so the bound's square grows by 1 + sum f^2 L s^2 / (M sum
+    f^2 |S|^2).
+    """
+    weight = processing.frequencies_hz() ** 2
+    noise = processing.samples * noise_sd**2 * weight.sum() / (4.0 * (weight * np.abs(spectrum) ** 2).sum())
+    return bearing_bound_rad(spectrum, noise_sd, processing) * math.sqrt(1.0 + noise)
+
+
+@pytest.mark.parametrize("noise_sd", [1.0, 20.0])
+def test_the_spread_is_the_cramer_rao_bound_and_what_the_noise_of_every_bin_adds(noise_sd):
+    rng, count = np.random.default_rng(3), 300
+    errors, bounds, expected = [], [], []
     for _ in range(count):
         true = rng.uniform(-math.pi, math.pi)
-        samples, spectrum = repeating(true, PLAIN, rng, loudness=100.0)
+        samples, spectrum = repeating(true, PLAIN, rng, loudness=150.0)
         found = bearing_of(samples + noise_sd * rng.standard_normal(samples.shape), PLAIN)
         errors.append(float(wrapped_rad(found - true)))
         bounds.append(bearing_bound_rad(spectrum, noise_sd, PLAIN))
-    bound = math.sqrt(np.mean(np.square(bounds)))
-    assert np.std(errors) == pytest.approx(bound, rel=4.0 / math.sqrt(2 * count))  # four standard errors of a spread
-    assert abs(np.mean(errors)) < 4.0 * bound / math.sqrt(count)
+        expected.append(first_order_spread_rad(spectrum, noise_sd, PLAIN))
+    spread = math.sqrt(np.mean(np.square(expected)))
+    over_bound = math.sqrt(1.0 + 512 * noise_sd**2 / (4.0 * 2.0 * 150.0**2))  # 1.001 and 1.46
+    assert spread / math.sqrt(np.mean(np.square(bounds))) == pytest.approx(over_bound, rel=0.02)
+    assert np.std(errors) == pytest.approx(spread, rel=4.0 / math.sqrt(2 * count))  # four standard errors of a spread
+    assert abs(np.mean(errors)) < 4.0 * spread / math.sqrt(count)
 
 
 def test_the_spread_grows_as_the_source_fades():
