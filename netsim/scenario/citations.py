@@ -149,7 +149,7 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     **_own("placement", placement.GridPlacement, placement.JitteredGridPlacement, placement.UniformPlacement),
     **_own("placement", placement.PoissonDiskPlacement, placement.ListedPlacement, placement.CsvPlacement),
     **_own("mobility", WaypointMobility),
-    **_own("fault", rules.CrashRule, rules.OutageRule, rules.PartitionRule),
+    **_own("fault", rules.CrashRule, rules.RoleCrashRule, rules.OutageRule, rules.PartitionRule),
     rules.GilbertElliottRule: Cited(
         "fault", "Gilbert, Bell System Technical Journal 39 (1960); Elliott, ibid. 42 (1963)"
     ),

@@ -52,6 +52,25 @@ class CrashRule:
 
 
 @parameters
+class RoleCrashRule:
+    """Whoever holds a role crashes, such as the leader of a group, whichever node that is by then.
+
+    Who holds it is what the nodes' algorithms tell the trace. If nobody does at that time, who takes it next crashes as it
+    takes it.
+    """
+
+    type: Literal["role-crash"] = "role-crash"
+    role: Annotated[str, MinLen(1)]
+    """Name of the role, as in the trace: `leader`."""
+    at_s: Positive
+    """When they crash, all that hold it then."""
+    spread_s: NonNegative = 0.0
+    """They crash at a random instant within this time after `at_s`, every instant alike; another one in every repetition."""
+    reboot_after_s: Positive | None = None
+    """How long a node stays down; null for ever."""
+
+
+@parameters
 class OutageRule:
     """Links are cut: between pairs of nodes, or all links of some nodes."""
 
@@ -289,4 +308,4 @@ class SensorDeadRule:
 FrameRule = OutageRule | PartitionRule | GilbertElliottRule | CorruptionRule
 PacketRule = CorruptionRule | DuplicationRule | DelayRule
 SensorRule = SensorBiasRule | SensorStuckRule | SensorNoiseRule | SensorDeadRule
-FaultRule = CrashRule | FrameRule | DuplicationRule | DelayRule | JammerRule | SensorRule
+FaultRule = CrashRule | RoleCrashRule | FrameRule | DuplicationRule | DelayRule | JammerRule | SensorRule

@@ -1,0 +1,117 @@
+"""Steps 4 and 5 of Table 1 (Liu, Reich, Zhao 2002): who is to lead next, and the belief on its way there."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, decode_energy, turn_of
+from netsim.algorithms.idsq_payload import Laid
+from netsim.algorithms.idsq_station import Station
+from netsim.api import Message, Op
+from netsim.kernels.acoustics import SensorSpec
+from netsim.kernels.grid_belief import GridBelief, diffusion_operations
+from netsim.kernels.information import information_operations
+from netsim.kernels.operations import FUNCTION_OPERATIONS
+from netsim.kernels.selection import best, utilities
+from netsim.trace.events import Handoff
+from netsim.units import s_to_ns
+
+LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
+"""Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
+
+
+class HandingOn:
+    """Hands beliefs to the best node that takes them.
+
+    Args:
+        station: This node.
+    """
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+
+    def on(self, held: Held, without: Sequence[int] = ()) -> Op[tuple[Held, int | None]]:
+        """Hand a belief to the best candidate, or the next best.
+
+        Args:
+            held: What is handed on.
+            without: Nodes left out, besides the leader before (the triplet rule).
+
+        Returns:
+            What was handed on, in a later epoch than `held` where an earlier try may have arrived unnoticed, and who took
+            it; None where nobody did, so that this node leads on.
+        """
+        node, robust = self._station.node, self._station.parameters.robust
+        laid = self._station.coder.encode(held.belief)
+        left_out = [*without, *self._left_out(held)]
+        until_ns = (self._station.step + 1) * self._station.step_ns
+        yield from node.compute(LAYING_OUT * len(held.belief.cells))
+        while worth := (yield from self._worth(held, left_out)):
+            chosen = best(worth)
+            payload = held.header + laid.data
+            self._tell(held, chosen, worth, laid, len(payload))
+            if (yield from self._given(held, chosen, payload)):
+                return held, chosen
+            left_out.append(chosen)
+            if robust:
+                self._station.suspect(chosen)
+                held = held.again()
+                if node.now_ns >= until_ns:
+                    break
+        return held, None
+
+    def _left_out(self, held: Held) -> list[int]:
+        """Who led before, who has not answered lately, and who leads another thread of the track."""
+        parameters, since_ns = self._station.parameters, self._station.node.now_ns - self._station.step_ns
+        left_out = [] if held.previous is None or not parameters.excludes_previous else [held.previous]
+        claims = self._station.book.since(since_ns)
+        others = [claim for claim in claims if claim.thread.track == held.thread.track and claim.thread != held.thread]
+        return [*left_out, *self._station.suspects(), *(claim.leader for claim in others if claim.leader != NOBODY)]
+
+    def _worth(self, held: Held, left_out: Sequence[int]) -> Op[dict[int, float]]:
+        """What speaks for each candidate's next reading."""
+        station, parameters = self._station, self._station.parameters
+        knowledge, rng = station.knowledge, station.node.rng("selection")
+        steps = max(1, station.step - held.step)
+        predicted = station.filtering.predicted(held.belief, steps)
+        candidates = knowledge.neighbours(station.sensor.position_m, left_out)
+        specs = {other: knowledge.others[other] for other in candidates}
+        worth = utilities(parameters.selection, predicted, specs, rng, exact=parameters.exact_information)
+        operations = steps * diffusion_operations(held.belief, predicted, station.filtering.radius_m)
+        yield from station.node.compute(operations + self._choosing(predicted, specs))
+        return worth
+
+    def _choosing(self, predicted: GridBelief, specs: Mapping[int, SensorSpec]) -> int:
+        """Operations of the choice; rules without information take next to none."""
+        parameters = self._station.parameters
+        if parameters.selection != "mutual_information":
+            return FUNCTION_OPERATIONS * len(specs)
+        exact = parameters.exact_information
+        return sum(information_operations(predicted, spec, exact=exact) for spec in specs.values())
+
+    def _given(self, held: Held, chosen: int, payload: bytes) -> Op[bool]:
+        """Whether a node took it, as far as this one can tell."""
+        node, parameters = self._station.node, self._station.parameters
+        for _ in range(parameters.handoff_tries):
+            delivery = yield from node.send(chosen, HANDOFF, payload).wait()
+            if delivery.acknowledged and (not parameters.robust or (yield from self._is_taken(held, chosen))):
+                return True
+        return False
+
+    def _is_taken(self, held: Held, chosen: int) -> Op[bool]:
+        wait_ns = s_to_ns(self._station.parameters.answer_s)
+        answers = _answers(held, chosen)
+        answer = yield from self._station.node.receive(kinds={TAKEN}, match=answers, timeout_ns=wait_ns)
+        if answer is None:
+            return False
+        self._station.energy_share[chosen] = decode_energy(answer.payload)
+        return True
+
+    def _tell(self, held: Held, chosen: int, worth: dict[int, float], laid: Laid, payload_byte: int) -> None:
+        node = self._station.node
+        choice = list(worth), list(worth.values()), laid.form, payload_byte, laid.divergence_bit
+        node.record(Handoff(node.id, held.thread.track, held.step, chosen, *choice))
+
+
+def _answers(held: Held, chosen: int) -> Callable[[Message], bool]:
+    """Whether a `taken` is the answer of a node to a hand-off."""
+    return lambda message: message.source == chosen and turn_of(message.payload) == (held.thread, held.turn)
