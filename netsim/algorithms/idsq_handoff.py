@@ -54,7 +54,7 @@ class HandingOn:
             left_out.append(chosen)
             if robust:
                 self._station.suspect(chosen)
-                held = held.in_next_epoch()
+                held = held.again()
                 if node.now_ns >= until_ns:
                     break
         return held, None

@@ -18,6 +18,7 @@ DETECT: Final = "detect"
 NOBODY: Final = 0xFFFF
 """Leader of a track that has ended."""
 _LIMIT_DM: Final = 32_767
+_LAST_EPOCH: Final = 0xFFFE
 _THREAD = Record("IB")  # track, number
 _TURN = Record("HI")  # epoch, step
 _QUIET = Record("B")
@@ -56,7 +57,8 @@ class Turn:
     """How far a thread has come: of two, the greater one counts.
 
     Attributes:
-        epoch: How often it was taken back, or handed on where the last hand-off may or may not have arrived.
+        epoch: Twice as often as it was taken back, and one more if it was handed on since after a try that may have arrived
+            unnoticed. So a leader that nobody hears does not outdo the one who took its place.
         step: Step of the belief.
     """
 
@@ -87,9 +89,13 @@ class Held:
         """Step of the belief."""
         return self.turn.step
 
-    def in_next_epoch(self) -> "Held":
+    def again(self) -> "Held":
         """The same, where another hand-off of it may be about."""
-        return replace(self, turn=Turn(min(self.turn.epoch + 1, 0xFFFF), self.step))
+        return replace(self, turn=Turn(self.turn.epoch | 1, self.step))
+
+    def taken_back(self) -> "Held":
+        """The same in the next epoch."""
+        return replace(self, turn=Turn(min((self.turn.epoch | 1) + 1, _LAST_EPOCH), self.step))
 
     @property
     def header(self) -> bytes:

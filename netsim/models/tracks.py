@@ -63,7 +63,7 @@ class FileTrack:
     """Kind of track."""
     file: Name
     """The file, relative to the scenario."""
-    target: Name | None = None
+    target: Name | int | None = None
     """Which of the targets of a file that has several: what stands in its column `target`."""
 
 
@@ -120,7 +120,8 @@ def track_of(
         return Track(*manoeuvred(parameters, field_m, streams.generator(f"world/target/{number}")))
     if isinstance(parameters, WaypointTrack):
         return _through(parameters.points)
-    return _through(read_track(folder / parameters.file, parameters.target))
+    wanted = None if parameters.target is None else str(parameters.target)
+    return _through(read_track(folder / parameters.file, wanted))
 
 
 def _straight(parameters: StraightTrack) -> Track:
