@@ -56,7 +56,9 @@ class Courier:
             asks: Whether to ask the peers for what is missing while nothing comes.
         """
         node, end_ns = self._node, self._node.now_ns + timeout_ns
-        quiet_since_ns = node.now_ns  # requests are no news: two that ask each other must not keep each other from asking
+        quiet_since_ns = (
+            node.now_ns
+        )  # requests are no news: two that ask each other must not keep each other from asking
         while True:
             ask_ns = quiet_since_ns + (self._stall_ns << min(self._asked, _LONGEST_PAUSES))
             wait_ns = (min(end_ns, ask_ns) if asks else end_ns) - node.now_ns
