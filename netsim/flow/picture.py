@@ -40,34 +40,7 @@ def write_picture(flow: Flow, numbers: Sequence[int], columns: int, path: Path) 
         NetsimError: If the file cannot be written.
     """
     with styled():
-<<<<<<< HEAD
         save(draw(flow, numbers, columns), path)
-=======
-        save_figure(draw(flow, numbers, columns), path)
-
-
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a picture whose bytes are the same each time.
-
-    Raises:
-        NetsimError: If the file cannot be written.
-    """
-    metadata = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
-    try:
-        figure.savefig(path, metadata=metadata)
-    except OSError as error:
-        message = f"{path}: cannot write the picture: {error.strerror}"
-        raise NetsimError(message) from error
-
-
-@contextmanager
-def styled() -> Iterator[None]:
-    """Matplotlib with these settings and otherwise its own; afterwards as it was."""
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(dict[Any, Any](look.RC))
-        yield
->>>>>>> main
 
 
 def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:
