@@ -82,7 +82,7 @@ class _Tracker:
         self._knowledge = knowledge
         self._sensor = sensor
         self._parameters = parameters
-        self._coder = BeliefCoder(knowledge.grid, parameters.payload)
+        self._coder = BeliefCoder(knowledge.grid, parameters.payload, parameters.belief)
         self._step_ns = s_to_ns(knowledge.reading_s)
         self._end_ns = None if parameters.until_s is None else s_to_ns(parameters.until_s)
 

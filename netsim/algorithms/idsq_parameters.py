@@ -2,7 +2,8 @@
 
 from typing import Literal
 
-from netsim.codec import FloatWidth
+from netsim.algorithms.idsq_payload import BeliefForms
+from netsim.codec import Precision
 from netsim.kernels.selection import SelectionRule
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, parameters
 
@@ -20,8 +21,10 @@ class IdsqParameters:
     """The triplet rule: who led before the leader is not among its neighbours."""
     least_probability: NonNegative = 2e-5
     """Cells of the belief below this are dropped after every reading."""
-    payload: FloatWidth = "float32"
+    payload: Precision = "float32"
     """Precision of probabilities on the air."""
+    belief: BeliefForms = BeliefForms()
+    """How a belief is laid out."""
     handoff_tries: NonNegativeInt = 3
     """How often a hand-off that was not acknowledged is sent to one node; then the next best is tried."""
     until_s: Positive | None = None
