@@ -2,7 +2,8 @@
 
 from typing import Literal
 
-from netsim.codec import FloatWidth
+from netsim.algorithms.idsq_payload import BeliefForms
+from netsim.codec import Precision
 from netsim.kernels.selection import SelectionRule
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, PositiveInt, Probability, parameters
 
@@ -62,8 +63,10 @@ class IdsqParameters:
     whom a belief reaches does; `hands_over` at once to the most informative neighbour. The paper does not say."""
     least_probability: NonNegative = 2e-5
     """Cells of the belief below this are dropped after every reading."""
-    payload: FloatWidth = "float32"
+    payload: Precision = "float32"
     """Precision of probabilities on the air."""
+    belief: BeliefForms = BeliefForms()
+    """How a belief is laid out."""
     handoff_tries: PositiveInt = 3
     """How often a hand-off that was not acknowledged is sent to one node; then the next best is tried."""
     gate: Probability = 0.0

@@ -45,7 +45,7 @@ class Station:
         self.parameters = parameters
         radius_m = knowledge.max_speed_m_per_s * knowledge.reading_s
         self.filtering = Filter(radius_m, parameters.least_probability, parameters.gate)
-        self.coder = BeliefCoder(knowledge.grid, parameters.payload)
+        self.coder = BeliefCoder(knowledge.grid, parameters.payload, parameters.belief)
         self.book = Book()
         self.step_ns = s_to_ns(knowledge.reading_s)
         self.waking = Waking(node, parameters.sleep, self.step_ns)
