@@ -25,8 +25,8 @@ from netsim.algorithms.idsq_messages import (
     Thread,
     Turn,
     decode_claim,
+    decode_handoff,
     encode_taken,
-    split_handoff,
     turn_of,
 )
 from netsim.algorithms.idsq_parameters import IdsqParameters
@@ -112,11 +112,10 @@ class Tracker:
     def _on_handoff(self, message: Message) -> None:
         """Lead from now on, unless somebody else does by better right."""
         station = self._station
-        thread, turn, quiet, data = split_handoff(message.payload)
-        held = Held(thread, turn, station.coder.decode(data), message.source, quiet)
-        known, led = station.book.latest(thread), self._leaders.held(thread)
-        is_again = led is not None and (led.turn, led.previous) == (turn, message.source)
-        if station.parameters.robust and not is_again and known is not None and _forbids(known, turn):
+        held = decode_handoff(message.payload, message.source, station.coder.decode)
+        known, led = station.book.latest(held.thread), self._leaders.held(held.thread)
+        is_again = led is not None and (led.turn, led.previous) == (held.turn, held.previous)
+        if station.parameters.robust and not is_again and known is not None and _forbids(known, held.turn):
             station.tell(known, message.source)
             return
         if station.parameters.robust:

@@ -70,7 +70,8 @@ class IdsqParameters:
     handoff_tries: PositiveInt = 3
     """How often a hand-off that was not acknowledged is sent to one node; then the next best is tried."""
     gate: Probability = 0.0
-    """A reading is not used if one as unlikely under the belief has less than this probability; 0 uses every reading."""
+    """A reading is not used if one as unlikely under the belief has less than this probability, but for the third in a row;
+    0 uses every reading."""
     threads: PositiveInt = 1
     """How many leaders track a target beside each other, each with a belief of its own."""
     robust: bool = False
