@@ -8,12 +8,14 @@ from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
+from netsim.metrics.fusion import BeliefLatency, Fusion
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.life import Life
 from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
 from netsim.metrics.placement import PlacementCost
 from netsim.metrics.protocol import Conversations
+from netsim.metrics.table2 import Table2
 from netsim.metrics.target_distribution import CountError
 from netsim.metrics.tracking import Tracking
 from netsim.metrics.traffic import Traffic
@@ -39,6 +41,9 @@ class Metrics:
             Optimality(),
             CountError(),
             Tracking(),
+            BeliefLatency(),
+            Fusion(),
+            Table2(),
             Traffic(),
             self._energy,
             Clocks(),
