@@ -18,13 +18,15 @@ from netsim.algorithms.idsq_messages import (
     DETECT,
     HANDOFF,
     LEAD,
+    NOBODY,
     TAKEN,
+    Claim,
     Held,
     Thread,
     Turn,
     decode_claim,
+    decode_handoff,
     encode_taken,
-    split_handoff,
     turn_of,
 )
 from netsim.algorithms.idsq_parameters import IdsqParameters
@@ -110,11 +112,10 @@ class Tracker:
     def _on_handoff(self, message: Message) -> None:
         """Lead from now on, unless somebody else does by better right."""
         station = self._station
-        thread, turn, quiet, data = split_handoff(message.payload)
-        held = Held(thread, turn, station.coder.decode(data), message.source, quiet)
-        known, led = station.book.latest(thread), self._leaders.held(thread)
-        is_again = led is not None and (led.turn, led.previous) == (turn, message.source)
-        if station.parameters.robust and not is_again and known is not None and _counts_more(known.turn, turn):
+        held = decode_handoff(message.payload, message.source, station.coder.decode)
+        known, led = station.book.latest(held.thread), self._leaders.held(held.thread)
+        is_again = led is not None and (led.turn, led.previous) == (held.turn, held.previous)
+        if station.parameters.robust and not is_again and known is not None and _forbids(known, held.turn):
             station.tell(known, message.source)
             return
         if station.parameters.robust:
@@ -127,9 +128,12 @@ class Tracker:
         self._station.book.note(claim, message.source, self._station.node.now_ns)
         self._leaders.heed(claim)
         self._guards.heed(claim)
-        sleep = self._station.parameters.sleep
-        if sleep is not None and math.dist(claim.place_m, self._station.sensor.position_m) <= sleep.near_m:
+        if message.source in self._station.knowledge.others or self._is_near(claim):
             self._station.waking.stay()
+
+    def _is_near(self, claim: Claim) -> bool:
+        sleep, here_m = self._station.parameters.sleep, self._station.sensor.position_m
+        return sleep is not None and math.dist(claim.place_m, here_m) <= sleep.near_m
 
     def _on_alarm(self, message: Message) -> None:
         """Look whether there is anything to hear; a leader tells who raised the alarm of its track, in case that is all."""
@@ -143,5 +147,7 @@ class Tracker:
             self._guards.begin(self._leaders, held, successor)
 
 
-def _counts_more(known: Turn, other: Turn) -> bool:
-    return (known.epoch, known.step) > (other.epoch, other.step)
+def _forbids(known: Claim, turn: Turn) -> bool:
+    """Whether a thread has come further than a turn, or ended."""
+    reached, offered = (known.turn.epoch, known.turn.step), (turn.epoch, turn.step)
+    return reached > offered or (reached == offered and known.leader == NOBODY)

@@ -102,6 +102,6 @@ class Guards:
         if leaders.held(held.thread) is not None:
             return
         self._station.suspect(lost)
-        taken = held.in_next_epoch()
+        taken = held.taken_back()
         self._station.record("taken-back", taken, lost=lost)
         leaders.take_back(taken, lost)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, decode_energy, turn_of
+from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, Thread, decode_energy, turn_of
 from netsim.algorithms.idsq_payload import Laid
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Message, Op
@@ -28,6 +28,7 @@ class HandingOn:
 
     def __init__(self, station: Station) -> None:
         self._station = station
+        self._chosen: dict[Thread, tuple[int, int]] = {}
 
     def on(self, held: Held, without: Sequence[int] = ()) -> Op[tuple[Held, int | None]]:
         """Hand a belief to the best candidate, or the next best.
@@ -42,30 +43,37 @@ class HandingOn:
         """
         node, robust = self._station.node, self._station.parameters.robust
         laid = self._station.coder.encode(held.belief)
-        left_out = [*without, *self._left_out(held)]
-        until_ns = self._station.listening_until_ns
         yield from node.compute(LAYING_OUT * len(held.belief.cells))
+        yield from node.pause(held.thread.number * s_to_ns(self._station.parameters.answer_s))  # the others go first
+        left_out = [*without, *self._left_out(held)]
+        until_ns = (self._station.step + 1) * self._station.step_ns
         while worth := (yield from self._worth(held, left_out)):
             chosen = best(worth)
+            self._chosen[held.thread] = held.step, chosen
             payload = held.header + laid.data
             self._tell(held, chosen, worth, laid, len(payload))
             if (yield from self._given(held, chosen, payload)):
                 return held, chosen
             left_out.append(chosen)
             if robust:
-                held = held.in_next_epoch()
-                if node.now_ns >= until_ns:  # it may just be asleep
-                    break
                 self._station.suspect(chosen)
+                held = held.again()
+                if node.now_ns >= until_ns:
+                    break
         return held, None
 
     def _left_out(self, held: Held) -> list[int]:
-        """Who led before, who has not answered lately, and who leads another thread of the track."""
-        parameters, since_ns = self._station.parameters, self._station.node.now_ns - self._station.step_ns
-        left_out = [] if held.previous is None or not parameters.excludes_previous else [held.previous]
-        claims = self._station.book.since(since_ns)
-        others = [claim for claim in claims if claim.thread.track == held.thread.track and claim.thread != held.thread]
-        return [*left_out, *self._station.suspects(), *(claim.leader for claim in others if claim.leader != NOBODY)]
+        """Who led before, who has not answered lately, and to whom another thread of the track has gone in this step."""
+        station = self._station
+        before = [] if held.previous is None or not station.parameters.excludes_previous else [held.previous]
+        claims = station.book.since(station.step * station.step_ns)
+        heard = {claim.thread: (claim.turn.step, claim.leader) for claim in claims if claim.leader != NOBODY}
+        taken = [
+            leader
+            for thread, (step, leader) in [*heard.items(), *self._chosen.items()]
+            if thread.track == held.thread.track and thread != held.thread and step == held.step
+        ]
+        return [*before, *station.suspects(), *taken]
 
     def _worth(self, held: Held, left_out: Sequence[int]) -> Op[dict[int, float]]:
         """What speaks for each candidate's next reading."""

@@ -13,6 +13,8 @@ from netsim.kernels.idsq import rim_probability
 from netsim.trace.events import Belief, Estimate, Role
 
 ON_THE_RIM = 0.5
+MOST_REFUSED = 2
+"""So many sensors in a row outvote the belief: the next reading is used whatever it is."""
 OnHandedOn = Callable[[Held, int], None]
 """Called with what was handed on, and to whom."""
 
@@ -107,10 +109,12 @@ class Leaders:
         try:
             with station.waking.needed():
                 yield from self._forked(leadership.held, forks)
-                if hand_on_first and (yield from self._handed_on(leadership, without)):
+                if hand_on_first and not station.others_sleep and (yield from self._handed_on(leadership, without)):
                     return
                 while True:
-                    yield from station.node.pause_until((leadership.held.step + 1) * station.step_ns)
+                    yield from station.node.pause_until(station.reading_ns(leadership.held.step + 1))
+                    if station.parameters.sleep is not None:
+                        station.claim(leadership.held, station.node.id)  # who may be next is to stay awake
                     if station.is_over or (yield from self._is_lost(leadership)):
                         return
                     if (yield from self._handed_on(leadership)):
@@ -140,13 +144,14 @@ class Leaders:
         observation = yield from station.node.sense()
         reading, operations = station.read(observation)
         predicted = station.filtering.predicted(held.belief, step - held.step)
-        belief, is_used = station.filtering.updated(predicted, station.sensor, reading)
+        trusts = held.refused < MOST_REFUSED
+        belief, is_used = station.filtering.updated(predicted, station.sensor, reading, gated=trusts)
         operations += station.filtering.operations(held.belief, predicted, step - held.step, station.sensor)
         yield from station.node.compute(operations)
         if not is_used:
             station.record("outlier", held, reading=reading)
         turn, quiet = Turn(held.turn.epoch, step), self._quiet(held, reading, belief)
-        return replace(held, turn=turn, belief=belief, quiet=quiet)
+        return replace(held, turn=turn, belief=belief, quiet=quiet, refused=0 if is_used else held.refused + 1)
 
     def _quiet(self, held: Held, reading: float, belief: GridBelief) -> int:
         """How many readings in a row have told of no target here; a bearing says nothing of that."""
@@ -158,8 +163,7 @@ class Leaders:
         """Steps 4 and 5; False where nobody took it."""
         held, successor = yield from self._handing.on(leadership.held, without)
         leadership.held = held
-        if self._station.parameters.robust:
-            self._station.claim(held, self._station.node.id if successor is None else successor)
+        self._station.claim(held, self._station.node.id if successor is None else successor)
         if successor is None:
             return False
         self._on_handed_on(held, successor)
@@ -173,6 +177,7 @@ class Leaders:
             fork, successor = yield from self._handing.on(fork, given)
             if successor is not None:
                 given.append(successor)
+                self._station.claim(fork, successor)
                 self._on_handed_on(fork, successor)
 
     def _is_rival(self, claim: Claim, own: Held) -> bool:

@@ -9,17 +9,19 @@ from netsim.parameters import NonNegative, NonNegativeInt, Positive, PositiveInt
 
 @parameters
 class IdsqSleep:
-    """Radios sleep between the windows in which beliefs are handed over.
+    """Radios sleep between windows at the reading instants.
 
-    Leaders, their guards and those who elect one stay awake, and so do nodes near a target for as long as they hear of it.
+    Leaders, their guards and those who elect one stay awake. With `robust`, leaders claim their tracks at the beginning of
+    a window too, and nodes that know the leader or are near the target stay awake for the hand-off; without, the window must
+    hold all of it.
     """
 
-    window_s: Positive = 0.2
-    """How long nodes listen after each reading instant: it had better hold a hand-off and the claim after it."""
+    window_s: Positive = 0.05
+    """How long all nodes listen after each reading instant."""
     guard_s: NonNegative = 0.005
     """How much sooner they wake and later they sleep: for the radio's start and for clocks that disagree."""
-    near_m: NonNegative = 60.0
-    """`robust`: nodes within this distance of a claimed estimate stay awake until the next window."""
+    near_m: NonNegative = 30.0
+    """`robust`: nodes within this distance of an estimate are near."""
 
 
 @parameters
@@ -65,7 +67,8 @@ class IdsqParameters:
     handoff_tries: PositiveInt = 3
     """How often a hand-off that was not acknowledged is sent to one node; then the next best is tried."""
     gate: Probability = 0.0
-    """A reading is not used if one as unlikely under the belief has less than this probability; 0 uses every reading."""
+    """A reading is not used if one as unlikely under the belief has less than this probability, but for the third in a row;
+    0 uses every reading."""
     threads: PositiveInt = 1
     """How many leaders track a target beside each other, each with a belief of its own."""
     robust: bool = False

@@ -60,10 +60,15 @@ class Station:
         return self.node.now_ns // self.step_ns
 
     @property
-    def listening_until_ns(self) -> int:
-        """Until when others can be reached in the present reading interval."""
+    def others_sleep(self) -> bool:
+        """Whether the window is over in which all listen."""
         sleep = self.parameters.sleep
-        return self.step * self.step_ns + (self.step_ns if sleep is None else s_to_ns(sleep.window_s))
+        return sleep is not None and self.node.now_ns > self.step * self.step_ns + s_to_ns(sleep.window_s)
+
+    def reading_ns(self, step: int) -> int:
+        """When to take the reading of a step; one that is late waits for the next window, if others sleep by now."""
+        due_ns = step * self.step_ns
+        return (self.step + 1) * self.step_ns if self.node.now_ns > due_ns and self.others_sleep else due_ns
 
     @property
     def left_ns(self) -> int | None:
@@ -103,10 +108,11 @@ class Station:
         return [other for other, time_ns in self._suspected_ns.items() if time_ns > since_ns]
 
     def claim(self, held: Held, leader: int) -> None:
-        """Tell everybody in reach who leads a thread."""
+        """Note who leads a thread, and with `robust` tell everybody in reach."""
         claim = claim_of(held, leader)
         self.book.note(claim, self.node.id, self.node.now_ns)
-        self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
+        if self.parameters.robust:
+            self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
 
     def tell(self, claim: Claim, other: int) -> None:
         """Tell one node who leads a thread."""
