@@ -8,6 +8,7 @@ encoding and decoding.
 """
 
 import json
+import math
 import struct
 from collections import defaultdict
 
@@ -55,7 +56,7 @@ def _report(node: NodeHandle, knowledge: TrackingKnowledge, parameters: CentralB
         step = node.now_ns // step_ns + 1
         yield from node.pause_until(step * step_ns)
         reading = None if knowledge.sensor is None else (yield from own_reading(node, knowledge))
-        if reading is not None:
+        if reading is not None and not math.isnan(reading):
             yield from node.pause_until(step * step_ns + int(node.rng("spread").random() * spread_ns))
             node.send_to_sink(READING, encode_reading(step, reading, parameters.payload))
 

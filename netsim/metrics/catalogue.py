@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from netsim.errors import ScenarioError
 from netsim.metrics.definitions import (
+    centralised,
     communication,
     energy,
     inference,
@@ -39,6 +40,7 @@ _GROUPS = (
     target_distribution,
     tracking,
     leaders,
+    centralised,
     communication,
     energy,
     lifetime,
