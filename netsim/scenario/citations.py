@@ -159,10 +159,10 @@ CITED: Final[Mapping[type[Any], Cited]] = {
 """By the class of the record, or of the model that a device table chooses."""
 
 NAMES: Final[Mapping[type[Any], str]] = {
-    tracking.AcousticTarget: "sound source",
+    tracking.AcousticTarget: "sound-source",
     tracking.AssumedAmplitude: "amplitude",
-    tracking.AssumedBearing: "direction of arrival",
-    sound.MicrophoneArray: "four microphones",
+    tracking.AssumedBearing: "bearing",
+    sound.MicrophoneArray: "microphones",
     modulation.OQpsk: "o-qpsk",
     modulation.NcFsk: "nc-fsk",
     modulation.Cc2420Fit: "cc2420-fit",
