@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from netsim.algorithms.idsq_handoff import HandingOn
-from netsim.algorithms.idsq_messages import NOBODY, Claim, Held, Thread, Turn, claim_of, is_elder
+from netsim.algorithms.idsq_messages import NOBODY, TOLD, Claim, Held, Thread, Turn, claim_of, is_elder
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Op, Task
 from netsim.kernels.grid_belief import GridBelief
@@ -128,11 +128,11 @@ class Leaders:
         self._tell(held)
         if not self._station.parameters.robust:
             return False
+        recent = list(self._station.book.since(self._station.node.now_ns - 3 * self._station.step_ns // 2))
         last = self._station.parameters.watch.lost_after
-        if last and held.quiet >= last:
+        if last and held.quiet >= last and (held.thread.track != TOLD or _others(recent, held)):
             self._end(held, "track-ended")
             return True
-        recent = self._station.book.since(self._station.node.now_ns - 3 * self._station.step_ns // 2)
         if any(self._is_elder(claim, held) for claim in recent):
             self._end(held, "duplicate")
             return True
@@ -204,3 +204,8 @@ class Leaders:
         cells, chances = belief.cells.tolist(), belief.probability.tolist()
         where = (*grid.origin_m, grid.cell_m, grid.columns)
         node.record(Belief(node.id, held.thread.track, held.step, *where, cells, chances))
+
+
+def _others(claims: Sequence[Claim], held: Held) -> bool:
+    """Whether there is a claim of another track."""
+    return any(claim.thread.track != held.thread.track and claim.leader != NOBODY for claim in claims)
