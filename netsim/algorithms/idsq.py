@@ -11,6 +11,7 @@ sleep.
 import math
 import struct
 
+from netsim.algorithms.idsq_all import QUERY, Neighbourhood
 from netsim.algorithms.idsq_guard import Guards
 from netsim.algorithms.idsq_lead import Leaders
 from netsim.algorithms.idsq_messages import (
@@ -37,7 +38,7 @@ from netsim.errors import AlgorithmError
 from netsim.kernels.grid_belief import uniform
 from netsim.kernels.tracking_model import TrackingKnowledge
 
-HEARD = frozenset({HANDOFF, LEAD, ALIVE, DETECT})
+HEARD = frozenset({HANDOFF, LEAD, ALIVE, DETECT, QUERY})
 
 
 class Idsq:
@@ -80,6 +81,7 @@ class Tracker:
         self._guards = Guards(station)
         self._leaders = Leaders(station, self._stand_guard)
         self._watch = Watch(station, self._leaders)
+        self._neighbourhood = Neighbourhood(station)
 
     def run(self) -> Op[None]:
         """Step 0 of Table 1: wait for a belief, and heed what others say meanwhile."""
@@ -106,6 +108,8 @@ class Tracker:
             self._on_claim(message)
         elif message.kind == ALIVE:
             self._guards.answer(self._leaders, message, turn_of(message.payload)[0])
+        elif message.kind == QUERY:
+            self._station.node.spawn(self._neighbourhood.answer(message))
         else:
             self._on_alarm(message)
 

@@ -4,7 +4,7 @@ from typing import Literal
 
 from netsim.algorithms.idsq_payload import BeliefForms
 from netsim.codec import Precision
-from netsim.kernels.selection import SelectionRule
+from netsim.kernels.selection import BIT_PER_JOULE, SelectionRule
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, PositiveInt, Probability, parameters
 
 
@@ -48,12 +48,27 @@ class IdsqWatch:
 
 
 @parameters
+class IdsqCost:
+    """What a hand-off costs and what energy is worth, for the rules that weigh information against it."""
+
+    joule_per_byte: Positive = 3.5e-6
+    """Energy to send a byte and to receive it; the default is the CC2420's: 17.4 mA and 18.8 mA at 3 V, 250 kbit/s."""
+    bit_per_joule: NonNegative = BIT_PER_JOULE
+    """`information_less_cost`: price of energy, in bits of information; handing over 200 cells takes some 5 mJ."""
+
+
+@parameters
 class IdsqParameters:
     """Information-driven tracking: one leader holds the belief, senses, and hands it to the most informative neighbour."""
 
     type: Literal["idsq"] = "idsq"
     selection: SelectionRule = "mutual_information"
-    """How the next leader is chosen (see `netsim.kernels.selection.utilities`)."""
+    """How the next leader is chosen (see `netsim.kernels.selection.utilities`); under `all`, all neighbours sense too, and
+    send the leader their readings."""
+    cost: IdsqCost = IdsqCost()
+    """For `information_less_cost` and `information_per_joule`."""
+    gather_s: Positive = 0.1
+    """`selection: all`: how long a leader waits for its neighbours' readings after its own."""
     exact_information: bool = False
     """Whether mutual information goes through every cell of the belief instead of ranges or bearings (section 4.3)."""
     excludes_previous: bool = True

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from netsim.kernels.acoustics import SensorSpec
+from netsim.kernels.gating import tail_probability
 from netsim.kernels.grid_belief import Grid, GridBelief, condition, pruned, uniform, update_operations
 from netsim.kernels.idsq import Filter
 from netsim.kernels.semiring import FloatArray
@@ -38,11 +39,35 @@ def fused(
     return pruned(after, least_probability)
 
 
+def updated_by(
+    predicted: GridBelief,
+    sensors: Mapping[int, SensorSpec],
+    readings: Mapping[int, float],
+    filtering: Filter,
+    *,
+    gated: bool = True,
+) -> tuple[GridBelief, frozenset[int]]:
+    """The belief after several readings of one instant, and whose were used: if `gated`, all but outliers."""
+    refuses = gated and filtering.gate > 0.0
+    used = {
+        node: reading
+        for node, reading in readings.items()
+        if not refuses or tail_probability(predicted, sensors[node], reading) >= filtering.gate
+    }
+    return fused(predicted, sensors, used, filtering.least_probability) if used else predicted, frozenset(used)
+
+
 def fusion_operations(predicted: GridBelief, sensors: Mapping[int, SensorSpec], readings: Mapping[int, float]) -> int:
     """Elementary floating-point operations of `fused`: O(K belief), as in Table 2."""
+    return likelihoods_operations(predicted, sensors, readings) + update_operations(len(predicted.cells))
+
+
+def likelihoods_operations(
+    predicted: GridBelief, sensors: Mapping[int, SensorSpec], readings: Mapping[int, float]
+) -> int:
+    """Of `joint_log_likelihood` alone."""
     cells = len(predicted.cells)
-    likelihoods = sum(sensors[node].likelihood_operations(cells) + cells for node in readings)
-    return likelihoods + update_operations(cells)
+    return sum(sensors[node].likelihood_operations(cells) + cells for node in readings)
 
 
 def centralised(
