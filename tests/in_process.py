@@ -1,4 +1,4 @@
-"""The command line in the test's own process, for tests of which the process itself is no part: starting one costs a second."""
+"""The command line in the test's own process, where the process is no part of what is tested: one costs a second."""
 
 import io
 import sys
