@@ -31,7 +31,10 @@ NO_NUMBER = {"scenario", "seed", "interrupted", "energy_most_node"}
 def figures(scenarios: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, object]]:
     """What the shipped scenarios give in their first seconds, with the lifetimes where they plan a day; one with tracks."""
     shipped = (path for path in sorted(scenarios.rglob("*.yaml")) if "kind: scenario" in path.read_text())
-    return [*(_all_of(_shortened(path)) for path in shipped), _all_of(tracking_scenario(tmp_path_factory.mktemp("tracking")))]
+    return [
+        *(_all_of(_shortened(path)) for path in shipped),
+        _all_of(tracking_scenario(tmp_path_factory.mktemp("tracking"))),
+    ]
 
 
 def _shortened(path: Path) -> LoadedScenario:
