@@ -127,16 +127,16 @@ def test_the_second_ctrl_c_stops_at_once(tmp_path, jobs):
 
 
 def test_a_trial_that_kills_its_worker_fails_and_the_rest_go_on(tmp_path):
-    file = write_misbehaving(tmp_path, ["none", "kill", "kill once"], repetitions=3)
+    file = write_misbehaving(tmp_path, ["none", "kill", "kill once"], repetitions=2)
     out = tmp_path / "out"
     done = netsim("study", file, "--jobs", 2, "--out", out, "--no-report")
     assert done.returncode == 1
     trials = load_results(out)
     failed = trials[trials["status"] == "failed"]
-    assert list(failed["deed"]) == ["kill"] * 3
+    assert list(failed["deed"]) == ["kill"] * 2
     assert set(failed["error"]) == {"its worker died"}
-    assert "9 trials (3 failed) in " in done.stdout
-    assert "error: 3 of 9 trials failed; the first is trial 1 (deed=kill, repetition 0): its worker died" in done.stderr
+    assert "6 trials (2 failed) in " in done.stdout
+    assert "error: 2 of 6 trials failed; the first is trial 1 (deed=kill, repetition 0): its worker died" in done.stderr
     assert "netsim run variants/001/scenario.yaml --set repetition=0 --debug" in done.stderr
 
 
