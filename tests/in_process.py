@@ -11,6 +11,9 @@ from unittest import mock
 
 from netsim.cli import main
 
+NOT_SHOWN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
+"""What Python keeps to itself unless asked."""
+
 
 @dataclass(frozen=True)
 class Ended:
@@ -32,7 +35,8 @@ def netsim(*arguments: object, cwd: Path | None = None) -> Ended:
         warnings.catch_warnings(),
     ):
         warnings.resetwarnings()  # told, as to a user, instead of raised
-        warnings.simplefilter("ignore", DeprecationWarning)
+        for kind in NOT_SHOWN:
+            warnings.simplefilter("ignore", kind)
         status = _status()
     return Ended(status, out.getvalue(), err.getvalue())
 
