@@ -21,6 +21,7 @@ from netsim.algorithms.idsq_messages import (
     LEAD,
     NOBODY,
     TAKEN,
+    TOLD,
     Claim,
     Held,
     Thread,
@@ -88,7 +89,7 @@ class Tracker:
         station, node = self._station, self._station.node
         node.spawn(station.waking.windows())
         if station.knowledge.leads_first and station.step == 0:  # not after a crash
-            held = Held(Thread(0), Turn(0, 0), uniform(station.knowledge.grid))
+            held = Held(Thread(TOLD), Turn(0, 0), uniform(station.knowledge.grid))
             self._leaders.begin(held, hand_on_first=station.parameters.first_step == "hands_over")
         if station.knowledge.is_watchdog:
             node.spawn(self._watch.watch())

@@ -72,7 +72,10 @@ class HandingOn:
             for thread, (step, leader) in [*heard.items(), *self._chosen.items()]
             if thread.track == held.thread.track and thread != held.thread and step == held.step
         ]
-        return [*before, *station.suspects(), *taken]
+        suspects = station.suspects()
+        if not station.knowledge.neighbours(station.sensor.position_m, [*before, *suspects, *taken]):
+            suspects = []  # better to try them again than to lead alone
+        return [*before, *suspects, *taken]
 
     def _worth(self, held: Held, left_out: Sequence[int], payload_byte: int) -> Op[dict[int, float]]:
         """What speaks for each candidate's next reading."""

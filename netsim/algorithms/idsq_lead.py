@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from netsim.algorithms.belief_records import record_belief
 from netsim.algorithms.idsq_all import Neighbourhood
 from netsim.algorithms.idsq_handoff import HandingOn
-from netsim.algorithms.idsq_messages import NOBODY, Claim, Held, Thread, Turn, claim_of, is_elder
+from netsim.algorithms.idsq_messages import NOBODY, TOLD, Claim, Held, Thread, Turn, claim_of, is_elder
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Op, Task
 from netsim.kernels.grid_belief import GridBelief
@@ -131,11 +131,11 @@ class Leaders:
         self._tell(held)
         if not self._station.parameters.robust:
             return False
+        recent = list(self._station.book.since(self._station.node.now_ns - 3 * self._station.step_ns // 2))
         last = self._station.parameters.watch.lost_after
-        if last and held.quiet >= last:
+        if last and held.quiet >= last and (held.thread.track != TOLD or _others(recent, held)):
             self._end(held, "track-ended")
             return True
-        recent = self._station.book.since(self._station.node.now_ns - 3 * self._station.step_ns // 2)
         if any(self._is_elder(claim, held) for claim in recent):
             self._end(held, "duplicate")
             return True
@@ -206,3 +206,8 @@ class Leaders:
     def _tell(self, held: Held) -> None:
         """Put estimate and belief into the trace."""
         record_belief(self._station.node, held.thread.track, held.step, held.belief)
+
+
+def _others(claims: Sequence[Claim], held: Held) -> bool:
+    """Whether there is a claim of another track."""
+    return any(claim.thread.track != held.thread.track and claim.leader != NOBODY for claim in claims)

@@ -18,6 +18,8 @@ ALIVE: Final = "alive"
 DETECT: Final = "detect"
 NOBODY: Final = 0xFFFF
 """Leader of a track that has ended."""
+TOLD: Final = 0
+"""The track whose first leader was told that it leads."""
 _LIMIT_DM: Final = 32_767
 _LAST_EPOCH: Final = 0xFFFE
 _THREAD = Record("IB")  # track, number

@@ -33,7 +33,8 @@ class IdsqWatch:
     """Probability that noise alone makes a watchdog raise the alarm at one reading; sets the threshold of detection."""
     detection_amplitude: Positive | None = None
     """Amplitude from which on there is a target; by default the threshold that follows from `false_alarm` and the noise
-    that the sensors assume."""
+    that the sensors assume. Those who hear a target so loud had better be in radio reach of each other, lest several begin
+    a track of it."""
     election_s: Positive = 0.15
     """How long those in reach elect the loudest of them, who begins the track."""
     square_m: Positive = 50.0
@@ -42,7 +43,7 @@ class IdsqWatch:
     """Watchdogs within this distance of a track's estimate are quiet."""
     lost_after: NonNegativeInt = 6
     """A track ends after so many readings in a row below the threshold, or with most of the belief in the outermost cells;
-    0 for never."""
+    0 for never. The track of a first leader that was told to lead ends so only where another track is heard of."""
     same_m: Positive = 25.0
     """Of two tracks whose estimates come closer than this, the younger ends."""
 

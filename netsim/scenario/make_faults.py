@@ -19,7 +19,7 @@ from netsim.sim.clock import Clock
 from netsim.sim.faults.announce import named
 from netsim.sim.faults.frames import FrameFaults
 from netsim.sim.faults.packets import PacketFaults
-from netsim.sim.faults.roles import RoleCrash, RoleHolders
+from netsim.sim.faults.roles import RoleCrash, RoleHolders, RoleStrike
 from netsim.sim.faults.rules import CrashRule, FaultRule, JammerRule, NodeRef, PartitionRule, RoleCrashRule
 from netsim.sim.faults.schedule import Crashes, CrashSchedule, JammerSchedule
 from netsim.sim.faults.sensors import Reading, faulty
@@ -148,7 +148,13 @@ class FaultMaker:
         share = float(self._streams.generator(f"{parts.name}/instant").random())
         at_ns = s_to_ns(rule.at_s + share * rule.spread_s)
         down_ns = None if rule.reboot_after_s is None else s_to_ns(rule.reboot_after_s)
-        RoleCrash(self._clock, self._holders, rule.role, at_ns, down_ns, simulation.crash, parts.announcer)
+        RoleCrash(
+            self._clock,
+            self._holders,
+            RoleStrike(rule.role, at_ns, down_ns, rule.most),
+            simulation.crash,
+            parts.announcer,
+        )
 
     def _jam(self, parts: FaultParts, rule: JammerRule, medium: AnyMedium) -> None:
         if not isinstance(medium, SinrMedium):

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from netsim.sim.clock import Clock
@@ -48,15 +49,30 @@ class RoleHolders:
                 nodes.discard(event.node)
 
 
+@dataclass(frozen=True, slots=True)
+class RoleStrike:
+    """What befalls whoever holds a role.
+
+    Attributes:
+        role: The role.
+        at_ns: When.
+        down_ns: How long a node stays down; None for ever.
+        most: At most so many nodes; None for all.
+    """
+
+    role: str
+    at_ns: int
+    down_ns: int | None
+    most: int | None
+
+
 class RoleCrash:
     """Lets whoever holds a role crash, once.
 
     Args:
         clock: Simulated time.
         holders: Who holds which role.
-        role: The role.
-        at_ns: When.
-        down_ns: How long a node stays down; None for ever.
+        strike: Which role, when and for how long.
         crash: Brings a node down.
         announcer: Tells the trace.
     """
@@ -65,22 +81,19 @@ class RoleCrash:
         self,
         clock: Clock,
         holders: RoleHolders,
-        role: str,
-        at_ns: int,
-        down_ns: int | None,
+        strike: RoleStrike,
         crash: Crash,
         announcer: Announcer,
     ) -> None:
         self._clock = clock
         self._holders = holders
-        self._role = role
-        self._down_ns = down_ns
+        self._what = strike
         self._crash = crash
         self._announcer = announcer
-        clock.call_first(max(1, at_ns - clock.now_ns), lambda _: self._strike())
+        clock.call_first(max(1, strike.at_ns - clock.now_ns), lambda _: self._strike())
 
     def _strike(self) -> None:
-        nodes = self._holders.of(self._role)
+        nodes = self._holders.of(self._what.role)[: self._what.most]
         for node in nodes:
             self._bring_down(node)
         if not nodes:
@@ -88,9 +101,9 @@ class RoleCrash:
 
     def _on_taken(self, role: str, node: int) -> None:
         """Somebody takes the role that nobody held: it crashes once it has done what it is about."""
-        if role == self._role:
+        if role == self._what.role:
             self._holders.on_taken.remove(self._on_taken)
             self._clock.call_first(1, lambda _: self._bring_down(node))
 
     def _bring_down(self, node: int) -> None:
-        bring_down(node, self._down_ns, self._crash, self._announcer)
+        bring_down(node, self._what.down_ns, self._crash, self._announcer)

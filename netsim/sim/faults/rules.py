@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from annotated_types import MinLen
 
-from netsim.parameters import NonNegative, PointM, Positive, Probability, parameters
+from netsim.parameters import NonNegative, PointM, Positive, PositiveInt, Probability, parameters
 
 NodeRef = int | str
 """A node's id or name, or a group's name."""
@@ -68,6 +68,8 @@ class RoleCrashRule:
     """They crash at a random instant within this time after `at_s`, every instant alike; another one in every repetition."""
     reboot_after_s: Positive | None = None
     """How long a node stays down; null for ever."""
+    most: PositiveInt | None = None
+    """At most so many of those that hold it, the lowest first; null for all."""
 
 
 @parameters
