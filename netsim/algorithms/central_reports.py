@@ -1,7 +1,8 @@
 """What sensors tell a centre that associates for all, and how the centre puts it together again.
 
 A report: measurements, then the targets that the sensor describes, each with its number, the nodes that cover it, prior mean
-and covariance. A decision: the target of each measurement, -1 for a false alarm.
+and covariance; then, where ranges or bearings are measured, the place they are measured from, if the sensor covers any
+target. A decision: the target of each measurement, -1 for a false alarm.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -48,12 +49,14 @@ class Report:
     """What one sensor tells.
 
     Attributes:
-        measurements_m: Its measurements, shape (q, 2).
+        measurements_m: Its measurements, shape (q, 2) for positions in metres (see `SensorModel.measures`).
         targets: By number, the targets that it describes.
+        place_m: Where it stands; None where it did not say, since no measurement of it depends on that.
     """
 
     measurements_m: FloatArray
     targets: Mapping[int, Described]
+    place_m: tuple[float, float] | None = None
 
 
 def described_by(knowledge: AssociationKnowledge, priors: Priors) -> list[CoveredTarget]:
@@ -70,15 +73,27 @@ def encode_report(knowledge: AssociationKnowledge, own_m: FloatArray, priors: Pr
         (xx, xy), (_, yy) = covered.covariance_m2
         parts.append(_TARGET.pack(covered.target, len(nodes)) + b"".join(_NODE.pack(node) for node in nodes))
         parts.append(encode_floats([*covered.mean_m, xx, xy, yy], width))
-    return b"".join(parts)
+    return b"".join([*parts, encode_floats(_place_m(knowledge), width)])
 
 
-def decode_report(payload: bytes, width: FloatWidth) -> Report:
-    """The inverse of `encode_report`."""
+def _place_m(knowledge: AssociationKnowledge) -> tuple[float, ...]:
+    """Where the sensor stands, as the knowledge of any target that it covers has it; empty if that is not told."""
+    placed = [covered for covered in knowledge.targets if covered.sensors_m]
+    return placed[0].sensors_m[placed[0].sensors.index(knowledge.sensor)] if placed else ()
+
+
+def decode_report(payload: bytes, width: FloatWidth, numbers: int = _COORDINATES) -> Report:
+    """The inverse of `encode_report`.
+
+    Args:
+        payload: The report.
+        width: Its precision.
+        numbers: How many numbers a measurement has (`SensorModel.numbers`).
+    """
     count, told = _HEAD.unpack(payload, 0)
     offset = _HEAD.size_byte
-    end = offset + size_byte(_COORDINATES * count, width)
-    points = decode_floats(payload[offset:end], width).reshape(-1, _COORDINATES)
+    end = offset + size_byte(numbers * count, width)
+    points = decode_floats(payload[offset:end], width).reshape(-1, numbers)
     targets: dict[int, Described] = {}
     for _ in range(told):
         target, sharing = _TARGET.unpack(payload, end)
@@ -88,7 +103,8 @@ def decode_report(payload: bytes, width: FloatWidth) -> Report:
         end = offset + size_byte(_PRIOR, width)
         x_m, y_m, xx, xy, yy = decode_floats(payload[offset:end], width).tolist()
         targets[int(target)] = Described(nodes, np.array([x_m, y_m]), np.array([[xx, xy], [xy, yy]]))
-    return Report(points, targets)
+    place = decode_floats(payload[end:], width).tolist()
+    return Report(points, targets, (place[0], place[1]) if place else None)
 
 
 def encode_decision(decision: Iterable[int]) -> bytes:
@@ -138,8 +154,14 @@ def gather(reports: Mapping[int, Report], model: SensorModel) -> Gathered:
         coverage=tuple(_present(each.nodes, nodes) for each in known),
         hosts=(None,) * len(known),
         model=model,
+        sensors_m=_places_m([reports[node] for node in nodes]) if model.measures != "position" else (),
     )
     return Gathered(instance, numbers)
+
+
+def _places_m(reports: Sequence[Report]) -> tuple[tuple[float, float], ...]:
+    """Where the sensors stand; no number where one has not said so, as it covers no target and its place plays no part."""
+    return tuple((np.nan, np.nan) if each.place_m is None else each.place_m for each in reports)
 
 
 def _present(covering: Sequence[int], nodes: Sequence[int]) -> tuple[int, ...]:

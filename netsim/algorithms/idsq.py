@@ -11,6 +11,7 @@ sleep.
 import math
 import struct
 
+from netsim.algorithms.idsq_all import QUERY, Neighbourhood
 from netsim.algorithms.idsq_guard import Guards
 from netsim.algorithms.idsq_lead import Leaders
 from netsim.algorithms.idsq_messages import (
@@ -25,8 +26,8 @@ from netsim.algorithms.idsq_messages import (
     Thread,
     Turn,
     decode_claim,
+    decode_handoff,
     encode_taken,
-    split_handoff,
     turn_of,
 )
 from netsim.algorithms.idsq_parameters import IdsqParameters
@@ -37,7 +38,7 @@ from netsim.errors import AlgorithmError
 from netsim.kernels.grid_belief import uniform
 from netsim.kernels.tracking_model import TrackingKnowledge
 
-HEARD = frozenset({HANDOFF, LEAD, ALIVE, DETECT})
+HEARD = frozenset({HANDOFF, LEAD, ALIVE, DETECT, QUERY})
 
 
 class Idsq:
@@ -80,6 +81,7 @@ class Tracker:
         self._guards = Guards(station)
         self._leaders = Leaders(station, self._stand_guard)
         self._watch = Watch(station, self._leaders)
+        self._neighbourhood = Neighbourhood(station)
 
     def run(self) -> Op[None]:
         """Step 0 of Table 1: wait for a belief, and heed what others say meanwhile."""
@@ -106,17 +108,18 @@ class Tracker:
             self._on_claim(message)
         elif message.kind == ALIVE:
             self._guards.answer(self._leaders, message, turn_of(message.payload)[0])
+        elif message.kind == QUERY:
+            self._station.node.spawn(self._neighbourhood.answer(message))
         else:
             self._on_alarm(message)
 
     def _on_handoff(self, message: Message) -> None:
         """Lead from now on, unless somebody else does by better right."""
         station = self._station
-        thread, turn, quiet, data = split_handoff(message.payload)
-        held = Held(thread, turn, station.coder.decode(data), message.source, quiet)
-        known, led = station.book.latest(thread), self._leaders.held(thread)
-        is_again = led is not None and (led.turn, led.previous) == (turn, message.source)
-        if station.parameters.robust and not is_again and known is not None and _forbids(known, turn):
+        held = decode_handoff(message.payload, message.source, station.coder.decode)
+        known, led = station.book.latest(held.thread), self._leaders.held(held.thread)
+        is_again = led is not None and (led.turn, led.previous) == (held.turn, held.previous)
+        if station.parameters.robust and not is_again and known is not None and _forbids(known, held.turn):
             station.tell(known, message.source)
             return
         if station.parameters.robust:

@@ -1,17 +1,16 @@
 """Steps 4 and 5 of Table 1 (Liu, Reich, Zhao 2002): who is to lead next, and the belief on its way there."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
-from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, decode_energy, turn_of
+from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, Thread, decode_energy, turn_of
 from netsim.algorithms.idsq_payload import Laid
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Message, Op
-from netsim.kernels.acoustics import SensorSpec
-from netsim.kernels.grid_belief import GridBelief, diffusion_operations
-from netsim.kernels.information import information_operations
+from netsim.kernels.grid_belief import diffusion_operations
+from netsim.kernels.handoff_cost import HandoffCost
 from netsim.kernels.operations import FUNCTION_OPERATIONS
-from netsim.kernels.selection import best, utilities
+from netsim.kernels.selection import PRICED, best, choosing_operations, utilities
 from netsim.trace.events import Handoff
 from netsim.units import s_to_ns
 
@@ -28,6 +27,7 @@ class HandingOn:
 
     def __init__(self, station: Station) -> None:
         self._station = station
+        self._chosen: dict[Thread, tuple[int, int]] = {}
 
     def on(self, held: Held, without: Sequence[int] = ()) -> Op[tuple[Held, int | None]]:
         """Hand a belief to the best candidate, or the next best.
@@ -42,11 +42,13 @@ class HandingOn:
         """
         node, robust = self._station.node, self._station.parameters.robust
         laid = self._station.coder.encode(held.belief)
+        yield from node.compute(LAYING_OUT * len(held.belief.cells))
+        yield from node.pause(held.thread.number * s_to_ns(self._station.parameters.answer_s))  # the others go first
         left_out = [*without, *self._left_out(held)]
         until_ns = (self._station.step + 1) * self._station.step_ns
-        yield from node.compute(LAYING_OUT * len(held.belief.cells))
-        while worth := (yield from self._worth(held, left_out)):
+        while worth := (yield from self._worth(held, left_out, len(held.header + laid.data))):
             chosen = best(worth)
+            self._chosen[held.thread] = held.step, chosen
             payload = held.header + laid.data
             self._tell(held, chosen, worth, laid, len(payload))
             if (yield from self._given(held, chosen, payload)):
@@ -60,14 +62,19 @@ class HandingOn:
         return held, None
 
     def _left_out(self, held: Held) -> list[int]:
-        """Who led before, who has not answered lately, and who leads another thread of the track."""
-        parameters, since_ns = self._station.parameters, self._station.node.now_ns - self._station.step_ns
-        left_out = [] if held.previous is None or not parameters.excludes_previous else [held.previous]
-        claims = self._station.book.since(since_ns)
-        others = [claim for claim in claims if claim.thread.track == held.thread.track and claim.thread != held.thread]
-        return [*left_out, *self._station.suspects(), *(claim.leader for claim in others if claim.leader != NOBODY)]
+        """Who led before, who has not answered lately, and to whom another thread of the track has gone in this step."""
+        station = self._station
+        before = [] if held.previous is None or not station.parameters.excludes_previous else [held.previous]
+        claims = station.book.since(station.step * station.step_ns)
+        heard = {claim.thread: (claim.turn.step, claim.leader) for claim in claims if claim.leader != NOBODY}
+        taken = [
+            leader
+            for thread, (step, leader) in [*heard.items(), *self._chosen.items()]
+            if thread.track == held.thread.track and thread != held.thread and step == held.step
+        ]
+        return [*before, *station.suspects(), *taken]
 
-    def _worth(self, held: Held, left_out: Sequence[int]) -> Op[dict[int, float]]:
+    def _worth(self, held: Held, left_out: Sequence[int], payload_byte: int) -> Op[dict[int, float]]:
         """What speaks for each candidate's next reading."""
         station, parameters = self._station, self._station.parameters
         knowledge, rng = station.knowledge, station.node.rng("selection")
@@ -75,18 +82,26 @@ class HandingOn:
         predicted = station.filtering.predicted(held.belief, steps)
         candidates = knowledge.neighbours(station.sensor.position_m, left_out)
         specs = {other: knowledge.others[other] for other in candidates}
-        worth = utilities(parameters.selection, predicted, specs, rng, exact=parameters.exact_information)
+        rule, exact = parameters.selection, parameters.exact_information
+        worth = utilities(
+            rule,
+            predicted,
+            specs,
+            rng,
+            exact=exact,
+            costs=self._costs_j(candidates, payload_byte) if rule in PRICED else None,
+            energy_left=station.energy_share,
+            bit_per_joule=parameters.cost.bit_per_joule,
+        )
         operations = steps * diffusion_operations(held.belief, predicted, station.filtering.radius_m)
-        yield from station.node.compute(operations + self._choosing(predicted, specs))
+        yield from station.node.compute(operations + choosing_operations(rule, predicted, specs, exact=exact))
         return worth
 
-    def _choosing(self, predicted: GridBelief, specs: Mapping[int, SensorSpec]) -> int:
-        """Operations of the choice; rules without information take next to none."""
-        parameters = self._station.parameters
-        if parameters.selection != "mutual_information":
-            return FUNCTION_OPERATIONS * len(specs)
-        exact = parameters.exact_information
-        return sum(information_operations(predicted, spec, exact=exact) for spec in specs.values())
+    def _costs_j(self, candidates: Sequence[int], payload_byte: int) -> dict[int, float]:
+        """Joules of the hand-off to each candidate, by what this node knows of its links."""
+        prr = {neighbour.id: neighbour.prr for neighbour in self._station.node.neighbours}
+        cost = HandoffCost(self._station.parameters.cost.joule_per_byte)
+        return {other: cost.joules(payload_byte, prr.get(other, 0.0)) for other in candidates}
 
     def _given(self, held: Held, chosen: int, payload: bytes) -> Op[bool]:
         """Whether a node took it, as far as this one can tell."""

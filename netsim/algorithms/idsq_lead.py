@@ -4,15 +4,19 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from netsim.algorithms.belief_records import record_belief
+from netsim.algorithms.idsq_all import Neighbourhood
 from netsim.algorithms.idsq_handoff import HandingOn
 from netsim.algorithms.idsq_messages import NOBODY, Claim, Held, Thread, Turn, claim_of, is_elder
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Op, Task
 from netsim.kernels.grid_belief import GridBelief
 from netsim.kernels.idsq import rim_probability
-from netsim.trace.events import Belief, Estimate, Role
+from netsim.trace.events import Role
 
 ON_THE_RIM = 0.5
+MOST_REFUSED = 2
+"""So many sensors in a row outvote the belief: the next reading is used whatever it is."""
 OnHandedOn = Callable[[Held, int], None]
 """Called with what was handed on, and to whom."""
 
@@ -36,6 +40,7 @@ class Leaders:
     def __init__(self, station: Station, on_handed_on: OnHandedOn) -> None:
         self._station = station
         self._handing = HandingOn(station)
+        self._neighbourhood = Neighbourhood(station)
         self._on_handed_on = on_handed_on
         self._led: dict[Thread, _Leadership] = {}
 
@@ -111,7 +116,7 @@ class Leaders:
                     return
                 while True:
                     yield from station.node.pause_until(station.reading_ns(leadership.held.step + 1))
-                    if station.parameters.sleep is not None and station.parameters.robust:
+                    if station.parameters.sleep is not None:
                         station.claim(leadership.held, station.node.id)  # who may be next is to stay awake
                     if station.is_over or (yield from self._is_lost(leadership)):
                         return
@@ -139,16 +144,22 @@ class Leaders:
     def _updated(self, held: Held) -> Op[Held]:
         """Steps 1 to 3: predict, sense, update."""
         station, step = self._station, self._station.step
+        asked = self._neighbourhood.ask(step)
         observation = yield from station.node.sense()
         reading, operations = station.read(observation)
         predicted = station.filtering.predicted(held.belief, step - held.step)
-        belief, is_used = station.filtering.updated(predicted, station.sensor, reading)
+        trusts = held.refused < MOST_REFUSED
+        belief, is_used = station.filtering.updated(predicted, station.sensor, reading, gated=trusts)
         operations += station.filtering.operations(held.belief, predicted, step - held.step, station.sensor)
         yield from station.node.compute(operations)
+        if asked:
+            told = yield from self._neighbourhood.answers(step, asked)
+            readings = {station.node.id: reading, **told}
+            belief, is_used = yield from self._neighbourhood.updated(predicted, readings, gated=trusts)
         if not is_used:
             station.record("outlier", held, reading=reading)
         turn, quiet = Turn(held.turn.epoch, step), self._quiet(held, reading, belief)
-        return replace(held, turn=turn, belief=belief, quiet=quiet)
+        return replace(held, turn=turn, belief=belief, quiet=quiet, refused=0 if is_used else held.refused + 1)
 
     def _quiet(self, held: Held, reading: float, belief: GridBelief) -> int:
         """How many readings in a row have told of no target here; a bearing says nothing of that."""
@@ -160,8 +171,7 @@ class Leaders:
         """Steps 4 and 5; False where nobody took it."""
         held, successor = yield from self._handing.on(leadership.held, without)
         leadership.held = held
-        if self._station.parameters.robust:
-            self._station.claim(held, self._station.node.id if successor is None else successor)
+        self._station.claim(held, self._station.node.id if successor is None else successor)
         if successor is None:
             return False
         self._on_handed_on(held, successor)
@@ -175,6 +185,7 @@ class Leaders:
             fork, successor = yield from self._handing.on(fork, given)
             if successor is not None:
                 given.append(successor)
+                self._station.claim(fork, successor)
                 self._on_handed_on(fork, successor)
 
     def _is_rival(self, claim: Claim, own: Held) -> bool:
@@ -194,10 +205,4 @@ class Leaders:
 
     def _tell(self, held: Held) -> None:
         """Put estimate and belief into the trace."""
-        node, belief, grid = self._station.node, held.belief, held.belief.grid
-        (xx, xy), (_, yy) = belief.covariance_m2.tolist()
-        x_m, y_m = belief.mean_m.tolist()
-        node.record(Estimate(node.id, held.thread.track, x_m, y_m, [xx, xy, yy]))
-        cells, chances = belief.cells.tolist(), belief.probability.tolist()
-        where = (*grid.origin_m, grid.cell_m, grid.columns)
-        node.record(Belief(node.id, held.thread.track, held.step, *where, cells, chances))
+        record_belief(self._station.node, held.thread.track, held.step, held.belief)

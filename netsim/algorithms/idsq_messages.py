@@ -4,6 +4,7 @@ Kinds: `handoff` the belief; `taken` the answer of who leads now; `lead` a claim
 `alive`; `alive` a guard's question to its successor; `detect` a watchdog's alarm.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -21,7 +22,7 @@ _LIMIT_DM: Final = 32_767
 _LAST_EPOCH: Final = 0xFFFE
 _THREAD = Record("IB")  # track, number
 _TURN = Record("HI")  # epoch, step
-_QUIET = Record("B")
+_COUNTS = Record("BB")  # quiet, refused
 _CLAIM = Record("Hhh")  # leader, x, y in decimetres
 _ENERGY = Record("B")
 _ALARM = Record("IH")  # step, loudness in hundredths
@@ -76,6 +77,7 @@ class Held:
         belief: After the reading of that step.
         previous: The leader before; None for the first.
         quiet: How many readings in a row told of no target.
+        refused: How many in a row were refused as outliers.
     """
 
     thread: Thread
@@ -83,6 +85,7 @@ class Held:
     belief: GridBelief
     previous: int | None = None
     quiet: int = 0
+    refused: int = 0
 
     @property
     def step(self) -> int:
@@ -100,7 +103,7 @@ class Held:
     @property
     def header(self) -> bytes:
         """What stands in front of the belief."""
-        return _thread(self.thread) + _turn(self.turn) + _QUIET.pack(min(self.quiet, 0xFF))
+        return _thread(self.thread) + _turn(self.turn) + _COUNTS.pack(min(self.quiet, 0xFF), min(self.refused, 0xFF))
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,14 +143,21 @@ def turn_of(data: bytes) -> tuple[Thread, Turn]:
     return Thread(*_THREAD.unpack(data)), Turn(*_TURN.unpack(data, _THREAD.size_byte))
 
 
-def split_handoff(data: bytes) -> tuple[Thread, Turn, int, bytes]:
-    """Thread, turn, quiet readings and the bytes of the belief of a `handoff`.
+def decode_handoff(data: bytes, source: int, decode: Callable[[bytes], GridBelief]) -> Held:
+    """What a `handoff` from a node says.
+
+    Args:
+        data: The payload.
+        source: Who sent it.
+        decode: Makes a belief of bytes.
 
     Raises:
         struct.error: If it is too short.
+        ValueError: If it holds no belief.
     """
-    start = _START_BYTE + _QUIET.size_byte
-    return *turn_of(data), int(_QUIET.unpack(data, _START_BYTE)[0]), data[start:]
+    thread, turn = turn_of(data)
+    quiet, refused = _COUNTS.unpack(data, _START_BYTE)
+    return Held(thread, turn, decode(data[_START_BYTE + _COUNTS.size_byte :]), source, quiet, refused)
 
 
 def encode_taken(held: Held, energy_share: float) -> bytes:

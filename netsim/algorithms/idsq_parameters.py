@@ -2,8 +2,9 @@
 
 from typing import Literal
 
-from netsim.codec import FloatWidth
-from netsim.kernels.selection import SelectionRule
+from netsim.algorithms.idsq_payload import BeliefForms
+from netsim.codec import Precision
+from netsim.kernels.selection import BIT_PER_JOULE, SelectionRule
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, PositiveInt, Probability, parameters
 
 
@@ -47,12 +48,27 @@ class IdsqWatch:
 
 
 @parameters
+class IdsqCost:
+    """What a hand-off costs and what energy is worth, for the rules that weigh information against it."""
+
+    joule_per_byte: Positive = 3.5e-6
+    """Energy to send a byte and to receive it; the default is the CC2420's: 17.4 mA and 18.8 mA at 3 V, 250 kbit/s."""
+    bit_per_joule: NonNegative = BIT_PER_JOULE
+    """`information_less_cost`: price of energy, in bits of information; handing over 200 cells takes some 5 mJ."""
+
+
+@parameters
 class IdsqParameters:
     """Information-driven tracking: one leader holds the belief, senses, and hands it to the most informative neighbour."""
 
     type: Literal["idsq"] = "idsq"
     selection: SelectionRule = "mutual_information"
-    """How the next leader is chosen (see `netsim.kernels.selection.utilities`)."""
+    """How the next leader is chosen (see `netsim.kernels.selection.utilities`); under `all`, all neighbours sense too, and
+    send the leader their readings."""
+    cost: IdsqCost = IdsqCost()
+    """For `information_less_cost` and `information_per_joule`."""
+    gather_s: Positive = 0.1
+    """`selection: all`: how long a leader waits for its neighbours' readings after its own."""
     exact_information: bool = False
     """Whether mutual information goes through every cell of the belief instead of ranges or bearings (section 4.3)."""
     excludes_previous: bool = True
@@ -62,12 +78,15 @@ class IdsqParameters:
     whom a belief reaches does; `hands_over` at once to the most informative neighbour. The paper does not say."""
     least_probability: NonNegative = 2e-5
     """Cells of the belief below this are dropped after every reading."""
-    payload: FloatWidth = "float32"
+    payload: Precision = "float32"
     """Precision of probabilities on the air."""
+    belief: BeliefForms = BeliefForms()
+    """How a belief is laid out."""
     handoff_tries: PositiveInt = 3
     """How often a hand-off that was not acknowledged is sent to one node; then the next best is tried."""
     gate: Probability = 0.0
-    """A reading is not used if one as unlikely under the belief has less than this probability; 0 uses every reading."""
+    """A reading is not used if one as unlikely under the belief has less than this probability, but for the third in a row;
+    0 uses every reading."""
     threads: PositiveInt = 1
     """How many leaders track a target beside each other, each with a belief of its own."""
     robust: bool = False

@@ -45,7 +45,7 @@ class Station:
         self.parameters = parameters
         radius_m = knowledge.max_speed_m_per_s * knowledge.reading_s
         self.filtering = Filter(radius_m, parameters.least_probability, parameters.gate)
-        self.coder = BeliefCoder(knowledge.grid, parameters.payload)
+        self.coder = BeliefCoder(knowledge.grid, parameters.payload, parameters.belief)
         self.book = Book()
         self.step_ns = s_to_ns(knowledge.reading_s)
         self.waking = Waking(node, parameters.sleep, self.step_ns)
@@ -108,10 +108,11 @@ class Station:
         return [other for other, time_ns in self._suspected_ns.items() if time_ns > since_ns]
 
     def claim(self, held: Held, leader: int) -> None:
-        """Tell everybody in reach who leads a thread."""
+        """Note who leads a thread, and with `robust` tell everybody in reach."""
         claim = claim_of(held, leader)
         self.book.note(claim, self.node.id, self.node.now_ns)
-        self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
+        if self.parameters.robust:
+            self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
 
     def tell(self, claim: Claim, other: int) -> None:
         """Tell one node who leads a thread."""

@@ -45,7 +45,7 @@ class Independent:
         """See `netsim.api.Algorithm.run`."""
         knowledge = association_knowledge(node)
         if knowledge is not None:
-            own_m = yield from measurements(node)
+            own_m = yield from measurements(node, knowledge.model.numbers)
             decision = yield from decide_alone(node, knowledge, own_m)
             node.record(Association(node.id, decision.tolist(), 0))
         yield from node.pause_until(s_to_ns(self._parameters.until_s))
@@ -64,12 +64,20 @@ def association_knowledge(node: NodeHandle) -> AssociationKnowledge | None:
     raise AlgorithmError(message)
 
 
-def measurements(node: NodeHandle) -> Op[FloatArray]:
-    """Read the sensor; a node whose energy allowance refuses that goes on as if it had measured nothing."""
+def measurements(node: NodeHandle, numbers: int) -> Op[FloatArray]:
+    """Read the sensor; a node whose energy allowance refuses that goes on as if it had measured nothing.
+
+    Args:
+        node: The node.
+        numbers: How many numbers a measurement has.
+
+    Returns:
+        Shape (measurements, numbers).
+    """
     try:
         observation = yield from node.sense()
     except NoEnergyError:
-        return np.empty((0, 2))
+        return np.empty((0, numbers))
     return np.asarray(observation.values, dtype=float)
 
 

@@ -1,11 +1,12 @@
 """What vertices tell each other in distributed tree-reweighted max-product, and how it is laid out in bytes.
 
-An entry begins with its kind, the source and the destination vertex. Several entries for one node share a packet.
+An entry begins with its kind, the source and the destination vertex. Several entries for one node share a packet. What a
+vertex concludes about sensors whose nodes do not host it goes the same way at the end, with the sensor in a vertex' place.
 """
 
 import struct
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import astuple, dataclass
 from typing import Any
 
 from netsim.codec import FloatWidth, decode_floats, encode_floats, size_byte
@@ -84,7 +85,23 @@ class Verdict:
     stop: bool
 
 
-Body = Wave | Next | Go | TreeMessage | Vote | Verdict
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """To a sensor: what a vertex concludes about its measurements in its last iteration.
+
+    `rows`: for each target the weight of missed and of each measurement, shape (measurements + 1,).
+    """
+
+    iteration: int
+    rows: Mapping[int, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A sensor's answer to a claim."""
+
+
+Body = Wave | Next | Go | TreeMessage | Vote | Verdict | Claim | Heard
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +109,8 @@ class Entry:
     """One vertex's message to another.
 
     Attributes:
-        source: Sending vertex.
-        destination: Receiving vertex, a neighbour in the model.
+        source: Sending vertex; of `Heard` the sensor.
+        destination: Receiving vertex, a neighbour in the model; of `Claim` the sensor.
         body: What it says.
         is_held: Whether it waits a little before it is sent, so that others of its tree come first.
     """
@@ -113,8 +130,11 @@ _FIELDS = {
     Verdict: struct.Struct("<HBB"),
     Next: struct.Struct("<HB"),
     Go: struct.Struct("<B"),
+    Claim: struct.Struct("<HB"),
+    Heard: struct.Struct("<"),
 }
-_KINDS: tuple[type[Any], ...] = (Wave, Next, Go, TreeMessage, Vote, Verdict)
+_ROW = struct.Struct("<HH")  # target, number of entries
+_KINDS: tuple[type[Any], ...] = (Wave, Next, Go, TreeMessage, Vote, Verdict, Claim, Heard)
 
 
 def encode(entries: Iterable[Entry], width: FloatWidth) -> bytes:
@@ -138,14 +158,18 @@ def _encoded(body: Body, width: FloatWidth) -> bytes:
             return fields.pack(len(diameters)) + _counts(diameters)
         case TreeMessage(iteration, tree, number, log_message):
             return fields.pack(iteration, tree, number, len(log_message)) + encode_floats(log_message, width)
-        case Vote(iteration, agrees):
-            return fields.pack(iteration, agrees)
-        case Verdict(iteration, proved, stop):
-            return fields.pack(iteration, proved, stop)
+        case Vote() | Verdict() | Heard():
+            return fields.pack(*astuple(body))
+        case Claim(iteration, rows):
+            return fields.pack(iteration, len(rows)) + _rows(rows, width)
 
 
 def _numbers(echo: Echo) -> tuple[int, ...]:
     return (echo.vertices, echo.uncovered, echo.most_uncovered, echo.next_root, echo.height, echo.longest)
+
+
+def _rows(rows: Mapping[int, FloatArray], width: FloatWidth) -> bytes:
+    return b"".join(_ROW.pack(target, len(row)) + encode_floats(row, width) for target, row in sorted(rows.items()))
 
 
 def _counts(numbers: Sequence[int]) -> bytes:
@@ -200,6 +224,22 @@ def _verdict(payload: bytes, offset: int, _: FloatWidth) -> tuple[Body, int]:
     return Verdict(iteration, bool(proved), bool(stop)), offset + _FIELDS[Verdict].size
 
 
+def _claim(payload: bytes, offset: int, width: FloatWidth) -> tuple[Body, int]:
+    iteration, count = _FIELDS[Claim].unpack_from(payload, offset)
+    offset += _FIELDS[Claim].size
+    rows: dict[int, FloatArray] = {}
+    for _ in range(count):
+        target, size = _ROW.unpack_from(payload, offset)
+        begin = offset + _ROW.size
+        offset = begin + size_byte(size, width)
+        rows[target] = decode_floats(payload[begin:offset], width)
+    return Claim(iteration, rows), offset
+
+
+def _heard(_: bytes, offset: int, __: FloatWidth) -> tuple[Body, int]:
+    return Heard(), offset
+
+
 _DECODERS: dict[type[Any], Callable[[bytes, int, FloatWidth], tuple[Body, int]]] = {
     Wave: _wave,
     Next: _next,
@@ -207,4 +247,6 @@ _DECODERS: dict[type[Any], Callable[[bytes, int, FloatWidth], tuple[Body, int]]]
     TreeMessage: _tree_message,
     Vote: _vote,
     Verdict: _verdict,
+    Claim: _claim,
+    Heard: _heard,
 }

@@ -22,7 +22,8 @@ def flow(
     """Show the information flow of message passing: who sends in which round, who falls silent, who wakes whom.
 
     A vertex of the graphical model wakes when it sends again after a round or more of silence. Round 0 are the start
-    messages. The picture has the graph with each round's messages as arrows.
+    messages. The picture has the graph with each round's messages as arrows. Tree-reweighted max-product has no rounds that
+    all nodes share: its spanning trees are shown, and what each component of the model proved.
     """
     from netsim.cli.flow import flow_command
 

@@ -9,10 +9,12 @@ from rich import box
 from rich.table import Table
 
 from netsim.cli.console import counted, say, show
+from netsim.cli.flow_trees import show_trees
 from netsim.cli.replay import trace_file
 from netsim.errors import ScenarioError
-from netsim.flow.load import Flow, load_flow
+from netsim.flow.load import Flow, load_flow_or_trees
 from netsim.flow.rounds import Round
+from netsim.flow.trees import SpanningTrees
 
 _PICTURES = (".png", ".svg")
 _DRAWN = 12
@@ -22,11 +24,14 @@ Names = Mapping[int, str]
 
 
 def flow_command(given: Path, out: Path | None, rounds: str | None, columns: int, *, as_json: bool) -> None:
-    """Print the rounds of a run, and draw them if a picture is asked for."""
+    """Print the rounds of a run or the trees it grew, and draw them if a picture is asked for."""
     if out is not None and out.suffix.lower() not in _PICTURES:
         message = f"--out {out}: expected the name of a picture that ends in .png or .svg"
         raise ScenarioError(message)
-    flow = load_flow(trace_file(given))
+    flow = load_flow_or_trees(trace_file(given))
+    if isinstance(flow, SpanningTrees):
+        show_trees(flow, out, rounds, columns, as_json=as_json)
+        return
     chosen = None if rounds is None else chosen_rounds(rounds, len(flow.rounds) - 1)
     numbers = chosen if chosen is not None else list(range(flow.last_active + 1))
     if as_json:

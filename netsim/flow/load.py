@@ -1,10 +1,12 @@
 """From a trace to its rounds, its graphical model and the places that the trace tells."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from netsim.errors import ScenarioError, TraceError
 from netsim.flow.rounds import Round, RoundLog
+from netsim.flow.trees import SpanningTrees, load_trees
 from netsim.trace.events import Event, GraphMessages, NodeTable, TruthTargets, VariablePlacement
 from netsim.trace.reader import read_trace, trace_metadata
 
@@ -42,7 +44,22 @@ def load_flow(trace: Path) -> Flow:
         ScenarioError: If the run passed no graph messages, or passed them in no common rounds.
         TraceError: If the trace cannot be read, has no nodes, or names vertices in its messages that its model lacks.
     """
+    return _flow(trace, *_read(trace))
+
+
+def load_flow_or_trees(trace: Path) -> Flow | SpanningTrees:
+    """The spanning trees of a run whose nodes share no rounds and that grew some; of any other its information flow.
+
+    Raises:
+        ScenarioError: See `load_flow`.
+        TraceError: See `load_flow`.
+    """
     first, log = _read(trace)
+    trees = None if log.is_synchronous else load_trees(trace)
+    return _flow(trace, first, log) if trees is None else trees
+
+
+def _flow(trace: Path, first: Mapping[type, Event], log: RoundLog) -> Flow:
     nodes, model, truth = first.get(NodeTable), first.get(VariablePlacement), first.get(TruthTargets)
     rounds = log.rounds()
     if not isinstance(nodes, NodeTable):
@@ -55,14 +72,22 @@ def load_flow(trace: Path) -> Flow:
         raise ScenarioError(message)
     if not log.is_synchronous:
         message = (
-            f"{trace}: expected rounds that all nodes share, got nodes that each count their own; "
-            "run the scenario with algorithm.schedule=synchronous"
+            f"{trace}: expected rounds that all nodes share, got nodes that each count their own; {_advice(trace)}"
         )
         raise ScenarioError(message)
     _check_vertices(trace, model, rounds)
     metadata = trace_metadata(trace)
     title = f"{metadata.get('scenario', trace.stem)}, seed {metadata.get('seed', '?')}"
     return Flow(title, nodes, model, truth if isinstance(truth, TruthTargets) else None, rounds)
+
+
+def _advice(trace: Path) -> str:
+    if load_trees(trace) is None:
+        return "run the scenario with algorithm.schedule=synchronous (type trmp: with algorithm.type=max-product)"
+    return (
+        "tree-reweighted max-product has no others: netsim flow shows its spanning trees; for rounds, run the scenario with "
+        "algorithm.type=max-product"
+    )
 
 
 def _read(trace: Path) -> tuple[dict[type, Event], RoundLog]:

@@ -1,6 +1,7 @@
 """One round as a panel: the graph in grey, the round's messages as arrows, the vertices by what they do."""
 
 import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,18 +60,23 @@ def draw_panel(axes: Axes, canvas: Canvas, this: Round, following: Round | None)
         this: The round.
         following: The next one: messages that wake somebody in it are marked.
     """
+    draw_graph(axes, canvas)
+    wake = waking(this, following)
+    draw_arrows(axes, canvas, [edge for edge in this.messages if edge not in wake], look.SENDS, 2)
+    draw_arrows(axes, canvas, sorted(wake), look.WAKES, 3)
+    draw_vertices(axes, canvas, [this.state_of(vertex) for vertex in canvas.layout.row_of])
+    axes.set_title(title_of(this), loc="left")
+    axes.set_xlabel(wakes_text(canvas.layout, this), fontsize=7.5, color=look.WAKES)
+
+
+def draw_graph(axes: Axes, canvas: Canvas) -> None:
+    """The panel's frame, and the edges of the model in grey."""
     layout = canvas.layout
     low, high = canvas.limits
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_color(look.GRID)
     lines = LineCollection(list(layout.place_m[layout.edges]), colors=look.EDGE, linewidths=0.8, zorder=1)
     axes.add_collection(lines)
-    wake = waking(this, following)
-    _draw_arrows(axes, canvas, [edge for edge in this.messages if edge not in wake], look.SENDS, 2)
-    _draw_arrows(axes, canvas, sorted(wake), look.WAKES, 3)
-    _draw_vertices(axes, canvas, this)
-    axes.set_title(title_of(this), loc="left")
-    axes.set_xlabel(wakes_text(layout, this), fontsize=7.5, color=look.WAKES)
 
 
 def title_of(this: Round) -> str:
@@ -96,7 +102,7 @@ def wakes_text(layout: GraphLayout, this: Round) -> str:
     return "\n".join(textwrap.wrap(told, _LINE_CHARACTERS, max_lines=_LINES, placeholder=" ..."))
 
 
-def _draw_arrows(axes: Axes, canvas: Canvas, messages: list[Edge], colour: str, order: int) -> None:
+def draw_arrows(axes: Axes, canvas: Canvas, messages: Sequence[Edge], colour: str, order: int) -> None:
     """Arrows from rim to rim, a little to the right of the edge as seen by the sender."""
     if not messages:
         return
@@ -107,9 +113,9 @@ def _draw_arrows(axes: Axes, canvas: Canvas, messages: list[Edge], colour: str, 
     )  # fmt: skip
 
 
-def _draw_vertices(axes: Axes, canvas: Canvas, this: Round) -> None:
+def draw_vertices(axes: Axes, canvas: Canvas, states: Sequence[State]) -> None:
+    """The vertices in the order of the layout, each by its state."""
     layout = canvas.layout
-    states = [this.state_of(vertex) for vertex in layout.row_of]
     for square, marker, size in ((False, "o", 1.0), (True, "s", 0.86)):
         for state, (fill, edge, _) in LOOKS.items():
             rows = [row for row, each in enumerate(states) if each == state and layout.is_square[row] == square]

@@ -1,19 +1,17 @@
 """The picture of an information flow: one panel a round, and how many send, wake and fall silent below."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from netsim.errors import NetsimError
 from netsim.flow import look
+from netsim.flow.drawing import save, styled
 from netsim.flow.layout import GraphLayout, lay_out
 from netsim.flow.load import Flow
 from netsim.flow.panels import LOOKS, Canvas, draw_panel, make_canvas
@@ -22,11 +20,11 @@ from netsim.flow.rounds import Round, State
 MOST_PANELS = 24
 """Panels that one picture may have."""
 
-_PANEL_IN = 3.1
-_TEXT_IN = 0.55  # a panel's title and the line below it
+PANEL_IN = 3.1
+TEXT_IN = 0.55  # a panel's title and the line below it
 _STRIP_IN = 1.7
-_HEAD_IN = 0.45
-_LEGEND_IN = 0.35
+HEAD_IN = 0.45
+LEGEND_IN = 0.35
 
 
 def write_picture(flow: Flow, numbers: Sequence[int], columns: int, path: Path) -> None:
@@ -41,35 +39,20 @@ def write_picture(flow: Flow, numbers: Sequence[int], columns: int, path: Path) 
     Raises:
         NetsimError: If the file cannot be written.
     """
-    with _styled():
-        figure = draw(flow, numbers, columns)
-        metadata = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
-        try:
-            figure.savefig(path, metadata=metadata)
-        except OSError as error:
-            message = f"{path}: cannot write the picture: {error.strerror}"
-            raise NetsimError(message) from error
-
-
-@contextmanager
-def _styled() -> Iterator[None]:
-    """Matplotlib with these settings and otherwise its own; afterwards as it was."""
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(dict[Any, Any](look.RC))
-        yield
+    with styled():
+        save(draw(flow, numbers, columns), path)
 
 
 def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:
     """The picture as a figure."""
     layout = lay_out(flow.model, flow.nodes, flow.truth)
-    canvas = make_canvas(layout, _PANEL_IN)
+    canvas = make_canvas(layout, PANEL_IN)
     across = min(columns, len(numbers))
     rows = -(-len(numbers) // across)
-    panels_in = rows * (_panel_height_in(canvas) + _TEXT_IN)
-    width_in = max(7.4, across * (_PANEL_IN + 0.12))
-    figure = Figure(figsize=(width_in, _HEAD_IN + panels_in + _LEGEND_IN + _STRIP_IN), layout="constrained")
-    grid = figure.add_gridspec(3, 1, height_ratios=[_HEAD_IN + panels_in, _LEGEND_IN, _STRIP_IN])
+    panels_in = rows * (panel_height_in(canvas) + TEXT_IN)
+    width_in = max(7.4, across * (PANEL_IN + 0.12))
+    figure = Figure(figsize=(width_in, HEAD_IN + panels_in + LEGEND_IN + _STRIP_IN), layout="constrained")
+    grid = figure.add_gridspec(3, 1, height_ratios=[HEAD_IN + panels_in, LEGEND_IN, _STRIP_IN])
     above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
     above.suptitle(f"Information flow: {flow.title}", x=0.01, ha="left", fontsize=11, color=look.INK)
     _draw_panels(above, flow, numbers, (rows, across), canvas)
@@ -78,9 +61,10 @@ def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:
     return figure
 
 
-def _panel_height_in(canvas: Canvas) -> float:
+def panel_height_in(canvas: Canvas) -> float:
+    """Height of a panel that is `PANEL_IN` wide."""
     low, high = canvas.limits
-    return _PANEL_IN * float((high - low)[1] / max(high - low))
+    return PANEL_IN * float((high - low)[1] / max(high - low))
 
 
 def _draw_panels(figure: SubFigure, flow: Flow, numbers: Sequence[int], shape: tuple[int, int], canvas: Canvas) -> None:
@@ -102,11 +86,20 @@ def _draw_legend(figure: SubFigure, layout: GraphLayout) -> None:
     arrow: dict[str, Any] = {"ls": "-", "marker": ">", "markevery": (1, 2), "ms": 5, "lw": 1.2}
     handles.append(Line2D([0, 1], [0, 0], color=look.SENDS, label="message", **arrow))
     handles.append(Line2D([0, 1], [0, 0], color=look.WAKES, label="message that its receiver wakes after", **arrow))
-    if layout.is_square.any() and not layout.is_square.all():
-        plain: dict[str, Any] = {"ls": "", "ms": 8, "mfc": "white", "mec": look.SOFT}
-        handles.append(Line2D([], [], marker="o", label=_kinds(layout, square=False), **plain))
-        handles.append(Line2D([], [], marker="s", label=_kinds(layout, square=True), **plain))
-    figure.legend(handles=handles, loc="center", ncols=4, fontsize=8, columnspacing=1.6, handletextpad=0.5)
+    figure.legend(
+        handles=handles + kind_handles(layout), loc="center", ncols=4, fontsize=8, columnspacing=1.6, handletextpad=0.5
+    )
+
+
+def kind_handles(layout: GraphLayout) -> list[Line2D]:
+    """What circles and squares stand for, where there are both."""
+    if not layout.is_square.any() or layout.is_square.all():
+        return []
+    plain: dict[str, Any] = {"ls": "", "ms": 8, "mfc": "white", "mec": look.SOFT}
+    return [
+        Line2D([], [], marker=marker, label=_kinds(layout, square=square), **plain)
+        for marker, square in (("o", False), ("s", True))
+    ]
 
 
 def _kinds(layout: GraphLayout, *, square: bool) -> str:

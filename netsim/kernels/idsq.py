@@ -40,9 +40,11 @@ class Filter:
             belief = diffuse(belief, self.radius_m)
         return belief
 
-    def updated(self, predicted: GridBelief, sensor: SensorSpec, reading: float) -> tuple[GridBelief, bool]:
-        """Steps 2 and 3: the belief after a reading, and whether the reading was used."""
-        if self.gate > 0.0 and tail_probability(predicted, sensor, reading) < self.gate:
+    def updated(
+        self, predicted: GridBelief, sensor: SensorSpec, reading: float, *, gated: bool = True
+    ) -> tuple[GridBelief, bool]:
+        """Steps 2 and 3: the belief after a reading, and whether the reading was used; surely so unless `gated`."""
+        if gated and self.gate > 0.0 and tail_probability(predicted, sensor, reading) < self.gate:
             return predicted, False
         after, _ = condition(predicted, sensor.log_likelihood(reading, predicted.centres_m))
         return pruned(after, self.least_probability), True

@@ -14,6 +14,7 @@ range, and .3 where a belief has parts both near and far in one direction.
 """
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -66,35 +67,78 @@ def information_bit(belief: GridBelief, sensor: SensorSpec, *, exact: bool = Fal
         sensor: The sensor.
         exact: Whether to go through every cell (see the module).
     """
+    table = reading_table(belief, sensor, exact=exact)
+    return _information_bit(_sums(table.row, belief.probability), table.conditional, table.row_entropy_nat)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReadingTable:
+    """What a sensor's next reading may be, for each cell of a belief.
+
+    Attributes:
+        row: Row of the table that stands for each cell, shape (cells,); every row stands for one at least.
+        conditional: Probabilities of the reading's cells, shape (rows, m); rows sum to one.
+        row_entropy_nat: Entropy of each row, shape (rows,).
+    """
+
+    row: NDArray[np.int64]
+    conditional: FloatArray
+    row_entropy_nat: FloatArray
+
+
+def reading_table(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> ReadingTable:
+    """p(z|x) on the grid of the reading (steps 2 and 3 of Table 3).
+
+    Args:
+        belief: Of the position at the time of the reading.
+        sensor: The sensor.
+        exact: Whether every cell has a row of its own (see the module).
+    """
     offsets_m = belief.centres_m - np.asarray(sensor.position_m)
     range_m = np.hypot(offsets_m[:, 0], offsets_m[:, 1])
     if isinstance(sensor.model, BearingModel):
-        return _bearing_bit(belief.probability, bearing_rad(offsets_m), range_m, sensor.model, exact=exact)
+        return _bearing_readings(belief.probability, bearing_rad(offsets_m), range_m, sensor.model, exact=exact)
     if exact:
-        return mutual_information_bit(belief.probability, _amplitude_table(sensor.model, range_m))
+        conditional = _amplitude_table(sensor.model, range_m)
+        return ReadingTable(np.arange(len(range_m)), conditional, _row_entropy_nat(conditional))
     bins = _range_bins(range_m)
     table = _tabulated(sensor.model, 1 << int(bins.max()).bit_length())
     used, where = np.unique(bins, return_inverse=True)
-    prior = _sums(where, belief.probability)
-    return _information_bit(prior, table.conditional[used], table.row_entropy_nat[used])
+    return ReadingTable(where, table.conditional[used], table.row_entropy_nat[used])
 
 
 def information_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> int:
     """Elementary floating-point operations of `information_bit` on a node.
 
-    Every entry of p(z|x) that is computed takes its density (of a bearing, the exponential of the square of its error), the
-    share in its row and its part of the row's entropy; every one that is used, a product and a sum; every cell of the
-    reading, its part of the entropy. The table of an amplitude sensor's range bins is the same for all beliefs, so that a
-    node keeps it.
+    Those of the table, with each computed entry's part of its row's entropy; then every entry that is used takes a product
+    and a sum, and every cell of the reading its part of the entropy.
     """
-    model, cells = sensor.model, len(belief.cells)
-    rows = cells if exact else len(np.unique(_bins(belief, sensor)))
-    columns = BEARING_BINS if isinstance(model, BearingModel) else len(_amplitude_edges(model)) - 1
-    computed = 0 if isinstance(model, AmplitudeModel) and not exact else rows * columns
-    density = 6 if isinstance(model, BearingModel) else model.density_operations + 1
-    entry = density + 2 * FUNCTION_OPERATIONS + 4
-    places = cells * (sensor.place_operations + FUNCTION_OPERATIONS + 4)
-    return places + computed * entry + 2 * rows * columns + columns * (FUNCTION_OPERATIONS + 2)
+    rows, columns = table_shape(belief, sensor, exact=exact)
+    entropies = _computed_entries(belief, sensor, exact=exact) * (FUNCTION_OPERATIONS + 2)
+    table = table_operations(belief, sensor, exact=exact)
+    return table + entropies + 2 * rows * columns + columns * (FUNCTION_OPERATIONS + 2)
+
+
+def table_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> int:
+    """Elementary floating-point operations of `reading_table` on a node, without the entropies.
+
+    Every entry that is computed takes its density (of a bearing, the exponential of the square of its error) and the share
+    in its row. The table of an amplitude sensor's range bins is the same for all beliefs, so that a node keeps it.
+    """
+    density = 6 if isinstance(sensor.model, BearingModel) else sensor.model.density_operations + 1
+    places = len(belief.cells) * (sensor.place_operations + FUNCTION_OPERATIONS + 4)
+    return places + _computed_entries(belief, sensor, exact=exact) * (density + FUNCTION_OPERATIONS + 2)
+
+
+def table_shape(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> tuple[int, int]:
+    """Rows and columns of the table that `reading_table` makes."""
+    rows = len(belief.cells) if exact else len(np.unique(_bins(belief, sensor)))
+    return rows, BEARING_BINS if isinstance(sensor.model, BearingModel) else len(_amplitude_edges(sensor.model)) - 1
+
+
+def _computed_entries(belief: GridBelief, sensor: SensorSpec, *, exact: bool) -> int:
+    rows, columns = table_shape(belief, sensor, exact=exact)
+    return 0 if isinstance(sensor.model, AmplitudeModel) and not exact else rows * columns
 
 
 def _bins(belief: GridBelief, sensor: SensorSpec) -> NDArray[np.int64]:
@@ -160,18 +204,18 @@ def _rows(weights: FloatArray) -> FloatArray:
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
-def _bearing_bit(
+def _bearing_readings(
     prior: FloatArray, true_rad: FloatArray, range_m: FloatArray, model: BearingModel, *, exact: bool
-) -> float:
-    sd_rad = model.spread_rad(range_m)
+) -> ReadingTable:
+    sd_rad, where = model.spread_rad(range_m), np.arange(len(range_m))
     if not exact:
         used, where = np.unique(_bearing_bins(true_rad), return_inverse=True)
-        mass = _sums(where, prior)
-        sd_rad = np.exp(_sums(where, prior * np.log(sd_rad)) / mass)
-        prior, true_rad = mass, np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
+        sd_rad = np.exp(_sums(where, prior * np.log(sd_rad)) / _sums(where, prior))
+        true_rad = np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
     readings = (np.arange(BEARING_BINS) + 0.5) * _BEARING_WIDTH
     error_rad = wrapped_rad(readings[None, :] - true_rad[:, None])
-    return mutual_information_bit(prior, _rows(np.exp(-0.5 * (error_rad / sd_rad[:, None]) ** 2)))
+    conditional = _rows(np.exp(-0.5 * (error_rad / sd_rad[:, None]) ** 2))
+    return ReadingTable(where, conditional, _row_entropy_nat(conditional))
 
 
 def _sums(where: NDArray[np.int64], weights: FloatArray) -> FloatArray:

@@ -157,6 +157,13 @@ class ListedVertex:
             found[pair] = np.exp(log_normalise(np.array(rows, dtype=float)))
         return found
 
+    def claims_of_state(self, state: int) -> dict[Pair, FloatArray]:
+        """What one state says of each pair, in the form of `claims`: all weight on the value that the pair has in it."""
+        return {
+            pair: np.eye(size)[value]
+            for pair, value, size in zip(self.scope, self.states[state], self._sizes, strict=True)
+        }
+
     def reweighted(self, neighbour: int, weights: Weights, exponent: float) -> FloatArray:
         """See `netsim.kernels.vertex.ReweightableVertex`."""
         return self._carried(self._place(neighbour), self._weighed(weights), Semiring.MAX, exponent)

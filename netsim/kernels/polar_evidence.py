@@ -59,9 +59,9 @@ def polar_log_evidence(
         return np.zeros(shape)
     half = len(shape) // 2
     root = np.linalg.cholesky(covariance_m2)
-    width_m = _width_m(kind, range_sd_m, bearing_sd_rad, mean_m, sensors_m) / np.sqrt(len(shape))
+    width_m = _width_m(kind, range_sd_m, bearing_sd_rad, mean_m, sensors_m)
     total = np.zeros((int(np.prod(shape[:half])), int(np.prod(shape[half:]))))
-    for offsets in _grid(float(width_m / np.linalg.norm(root, 2))):
+    for offsets in _grid(_steps(width_m, covariance_m2, len(shape))):
         points_m = mean_m + offsets @ root.T
         weight = np.exp(-0.5 * (offsets**2).sum(axis=1))
         tables = [
@@ -84,9 +84,14 @@ def _width_m(
     return min(widths[kind])
 
 
-def _grid(spacing_sd: float) -> Sequence[FloatArray]:
+def _steps(width_m: float, covariance_m2: FloatArray, sensors: int) -> int:
+    """Grid points from the centre to the rim: the likelihoods of all sensors together are narrower than one of them."""
+    sd_m = np.sqrt(np.linalg.norm(covariance_m2, 2))
+    return int(np.ceil(REACH_SD / min(float(width_m / sd_m / np.sqrt(sensors)), 0.5)))
+
+
+def _grid(steps: int) -> Sequence[FloatArray]:
     """Points of the grid in standard deviations, in chunks of shape (n, 2)."""
-    steps = int(np.ceil(REACH_SD / min(spacing_sd, 0.5)))
     if (2 * steps + 1) ** 2 > MOST_POINTS:
         text = (
             f"the evidence of a target needs a grid of {(2 * steps + 1) ** 2} points, more than the {MOST_POINTS} "
@@ -128,6 +133,27 @@ def _khatri_rao(tables: Sequence[FloatArray], points: int) -> FloatArray:
     for table in tables:
         product = (product[:, None, :] * table[None, :, :]).reshape(-1, points)
     return product
+
+
+def polar_operations(
+    mean_m: FloatArray,
+    covariance_m2: FloatArray,
+    sensors_m: FloatArray,
+    measurements: Sequence[int],
+    kind: PolarKind,
+    range_sd_m: float,
+    bearing_sd_rad: float,
+) -> int:
+    """Estimate of the elementary operations of `polar_log_evidence`, with as many measurements of each sensor.
+
+    At every point of the grid some 20 for the likelihood of each measurement (a root, an angle, an exponential), and two
+    for each joint hypothesis.
+    """
+    if not any(measurements):
+        return 0
+    width_m = _width_m(kind, range_sd_m, bearing_sd_rad, mean_m, sensors_m)
+    points = np.pi * float(_steps(width_m, covariance_m2, len(measurements))) ** 2
+    return int(points * (20 * sum(measurements) + 2 * np.prod([count + 1.0 for count in measurements])))
 
 
 def polar_false_alarm_log_density(values: FloatArray, kind: PolarKind, detection_radius_m: float) -> FloatArray:

@@ -7,9 +7,11 @@ from typing import Any, Final
 
 from netsim.errors import ScenarioError
 from netsim.metrics.definitions import (
+    centralised,
     communication,
     energy,
     inference,
+    leaders,
     lifetime,
     optimality,
     placement,
@@ -30,7 +32,19 @@ __all__ = [
     "metric_of",
 ]
 
-_GROUPS = (runs, placement, inference, optimality, target_distribution, tracking, communication, energy, lifetime)
+_GROUPS = (
+    runs,
+    placement,
+    inference,
+    optimality,
+    target_distribution,
+    tracking,
+    leaders,
+    centralised,
+    communication,
+    energy,
+    lifetime,
+)
 CATALOGUE: Final[Mapping[str, Metric]] = {metric.name: metric for module in _GROUPS for metric in module.METRICS}
 """Every metric by its name in `metrics.json`, in the order of the documentation."""
 

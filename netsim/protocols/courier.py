@@ -56,15 +56,18 @@ class Courier:
             asks: Whether to ask the peers for what is missing while nothing comes.
         """
         node, end_ns = self._node, self._node.now_ns + timeout_ns
+        quiet_since_ns = (
+            node.now_ns
+        )  # requests are no news: two that ask each other must not keep each other from asking
         while True:
-            left_ns = end_ns - node.now_ns
-            pause_ns = self._stall_ns << min(self._asked, _LONGEST_PAUSES)
-            wait_ns = min(left_ns, pause_ns) if asks else left_ns
+            ask_ns = quiet_since_ns + (self._stall_ns << min(self._asked, _LONGEST_PAUSES))
+            wait_ns = (min(end_ns, ask_ns) if asks else end_ns) - node.now_ns
             message = yield from node.receive(kinds={self._kind, self._repeat}, timeout_ns=max(0, wait_ns))
             if message is None and node.now_ns >= end_ns:
                 return None
             if message is None:
                 self._ask()
+                quiet_since_ns = node.now_ns
             elif message.kind == self._repeat:
                 self._answer(message)
             elif self._is_new(message):

@@ -6,11 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from netsim.algorithms.central_map import CentralMap, CentralMapParameters, most_probable, solving_operations
+from netsim.algorithms.central_map import (
+    CentralMap,
+    CentralMapParameters,
+    evidence_operations,
+    most_probable,
+    solving_operations,
+)
 from netsim.algorithms.central_reports import decode_decision, decode_report, encode_decision, encode_report, gather
 from netsim.algorithms.independent import Independent, IndependentParameters
 from netsim.errors import AlgorithmError
-from netsim.kernels.assignment import best_assignment, brute_force, joint_score
+from netsim.kernels.assignment import best_assignment, brute_force, hypothesis_table, joint_score
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.sensor_vertex import SensorVertex
@@ -85,6 +91,27 @@ def test_the_decisions_are_the_kernels(seed):
     assert silent.end_ns == 3 * 10**9
 
 
+POLAR = ["range", "bearing", "range_bearing"]
+WIDE = {"bearing_sd_rad": 0.4, "range_sd_m": 1.5}
+"""Wide likelihoods, whose integrals are quick."""
+
+
+@pytest.mark.parametrize(
+    ("measures", "false_alarms"), [("range", "strict"), ("bearing", "geometric"), ("range_bearing", "strict")]
+)
+def test_ranges_and_bearings_are_associated_as_exactly(measures, false_alarms):
+    instance = problem(3, measures=measures, false_alarms=false_alarms, prior_mean="drawn", **WIDE)
+    assert decisions(simulate(instance).require_success()) == exact(instance)
+
+
+def test_with_ranges_the_error_is_that_computed_from_the_instance(scenarios: Path):
+    chosen = ["problem.measures=range", "algorithm={type: central-map}"]
+    result = run(load(scenarios / "chen2006" / "association-bearing.yaml", chosen))
+    assert not result.failures
+    assert result.metrics["sensors_that_decided"] == 25
+    assert result.metrics["association_differs_from_exact_map"] == 0.0
+
+
 @pytest.mark.parametrize("graph", ["target", "sensor"])
 def test_the_graphical_model_makes_no_difference(graph):
     instance = problem(4, false_alarms="geometric")
@@ -108,6 +135,24 @@ def test_reports_survive_the_air(priors):
     for got, measured in zip(gathered.instance.measurements_m, instance.measurements_m, strict=True):
         np.testing.assert_array_equal(got, measured)
     assert decode_decision(encode_decision([3, -1, 700])).tolist() == [3, -1, 700]
+
+
+@pytest.mark.parametrize("priors", ["once", "every"])
+@pytest.mark.parametrize("measures", POLAR)
+def test_reports_say_where_ranges_and_bearings_are_measured_from(priors, measures):
+    """Once each, and only by sensors that cover a target: the place of another plays no part."""
+    instance = problem(3, measures=measures, **WIDE)
+    places = [place if instance.targets_of[s] else None for s, place in enumerate(instance.sensors_m)]
+    assert None in places
+    sent = [encode_report(instance.knowledge(s), instance.measurements_m[s], priors, "float64") for s in range(9)]
+    numbers = instance.model.numbers
+    reports = {instance.sensor_nodes[s]: decode_report(sent[s], "float64", numbers) for s in range(9)}
+    assert [report.place_m for report in reports.values()] == places
+    gathered = gather(reports, instance.model).instance
+    for got, measured in zip(gathered.measurements_m, instance.measurements_m, strict=True):
+        np.testing.assert_array_equal(got, measured)
+    for target in range(8):
+        np.testing.assert_array_equal(hypothesis_table(gathered, target), hypothesis_table(instance, target))
 
 
 def test_describing_once_is_shorter():
@@ -142,10 +187,10 @@ def test_another_problem_is_refused():
     assert isinstance(done.failures[1], AlgorithmError)
 
 
-@pytest.mark.parametrize("priors", ["once", "every"])
-def test_without_a_report_the_centre_goes_on_and_its_sender_decides_alone(priors):
+@pytest.mark.parametrize(("priors", "measures"), [("once", "position"), ("every", "position"), ("every", "range")])
+def test_without_a_report_the_centre_goes_on_and_its_sender_decides_alone(priors, measures):
     """What the others get is the exact answer for the sensors and targets that were reported."""
-    instance = problem(2, false_alarms="geometric")
+    instance = problem(2, false_alarms="geometric", measures=measures)
     lost = 18
     medium = ScriptedMedium(
         [rule(DROP, source=lost, kind="report"), rule(DROP, source=14, destination=lost, kind="decision")]
@@ -154,7 +199,9 @@ def test_without_a_report_the_centre_goes_on_and_its_sender_decides_alone(priors
     done = decisions(simulate(instance, parameters, medium).require_success())
     reports = {
         node: decode_report(
-            encode_report(instance.knowledge(s), instance.measurements_m[s], priors, "float64"), "float64"
+            encode_report(instance.knowledge(s), instance.measurements_m[s], priors, "float64"),
+            "float64",
+            instance.model.numbers,
         )
         for s, node in enumerate(instance.sensor_nodes)
         if node != lost
@@ -179,14 +226,17 @@ def test_strict_false_alarms_give_way_where_reports_are_missing():
     assert most_probable(gather({14: replace(report, targets={})}, never).instance) is None
 
 
-def test_what_arrives_is_what_is_computed_with():
+@pytest.mark.parametrize("measures", ["position", "bearing"])
+def test_what_arrives_is_what_is_computed_with(measures):
     """With narrow numbers the answer is that of the rounded instance."""
-    instance = problem(5, prior_mean="drawn")
+    instance = problem(5, prior_mean="drawn", measures=measures, **WIDE)
     done = simulate(instance, CentralMapParameters(answer_s=60, payload="float16")).require_success()
     sensors = range(9)
     reports = {
         instance.sensor_nodes[s]: decode_report(
-            encode_report(instance.knowledge(s), instance.measurements_m[s], "once", "float16"), "float16"
+            encode_report(instance.knowledge(s), instance.measurements_m[s], "once", "float16"),
+            "float16",
+            instance.model.numbers,
         )
         for s in sensors
     }
@@ -199,6 +249,14 @@ def test_computing_is_charged_at_the_centre():
     variables = best_assignment(instance).variables
     assert done.energy_j[14] > max(joules for node, joules in done.energy_j.items() if node != 14)
     assert solving_operations(instance, variables) > 0
+
+
+def test_integrals_take_longer_than_sums():
+    """Twice as narrow a likelihood means four times the points of the grid."""
+    summed = evidence_operations(problem(3), best_assignment(problem(3)).variables)
+    wide, narrow = (evidence_operations(problem(3, measures="bearing", bearing_sd_rad=sd), 0) for sd in (0.02, 0.01))
+    assert wide > 100 * summed
+    assert narrow == pytest.approx(4 * wide, rel=0.05)
 
 
 def test_the_estimate_grows_with_the_problem():

@@ -12,8 +12,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from netsim.algorithms.trmp_messages import Echo, Entry, Go, Next, TreeMessage, Verdict, Vote, Wave, decode, encode
+from netsim.algorithms.trmp_messages import (
+    Claim,
+    Echo,
+    Entry,
+    Go,
+    Heard,
+    Next,
+    TreeMessage,
+    Verdict,
+    Vote,
+    Wave,
+    decode,
+    encode,
+)
 from netsim.algorithms.trmp_trees import TreeBuilder
+from netsim.kernels.assignment import best_assignment
+from netsim.kernels.association_graph import graph_vertices
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.graph_model import GraphInstance
@@ -81,6 +96,80 @@ def test_a_run_equals_the_kernel_on_the_trees_that_grew(schedule):
     assert figures["map_proved"] == int(all(part.proved for part in results))
     if figures["map_proved"]:
         assert figures["association_differs_from_exact_map"] == 0.0
+
+
+BETWEEN = [[x, y] for x in (7, 11, 15, 19, 23) for y in (7, 11, 15, 19, 23) if (x + y) % 8 == 2]
+"""Midway between neighbours on a grid of nine sensors 8 m apart: each target has two sensors, and the model has loops."""
+LOOPS = [
+    *COMMON[:-1],
+    "nodes[0].placement={type: grid, rows: 3, columns: 3, spacing_m: 8}",
+    f"problem.targets={{type: listed, positions_m: {BETWEEN}}}",
+    "problem.prior_mean=drawn",
+    "problem.false_alarms=geometric",
+]
+
+
+@pytest.mark.parametrize(
+    ("model", "schedule", "repetition", "proved"),
+    [
+        ("sensor", "two_pass", 1, True),
+        ("sensor", "flooding", 2, True),
+        ("target", "two_pass", 0, True),
+        ("target", "flooding", 2, True),
+        ("target", "two_pass", 3, False),
+    ],
+)
+def test_vertices_hosted_by_others_equal_the_kernel_and_sensors_are_told(model, schedule, repetition, proved):
+    chosen = [f"problem.model={model}", f"algorithm.schedule={schedule}", f"repetition={repetition}"]
+    keep, figures = simulate(ASSOCIATION, [*LOOPS, *IDEAL, "algorithm.iterations=30", *chosen])
+    instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
+    vertices = {vertex.id: vertex for vertex in graph_vertices(instance)}
+    (part,) = run_trmp(vertices.values(), forests=forests_of(keep), schedule=schedule, iterations=30)
+    (note,) = keep.notes("trmp_component")
+    assert note["trees"] > 1
+    assert (note["proved"], note["iterations"]) == (part.proved, part.iterations)
+    assert part.proved == proved
+    assert part.iterations > 1
+    assert sum(note["inference"] for note in keep.notes("trmp_messages")) == part.messages
+    decided = {event.node: event.target for event in keep.of(Association)}
+    claimed = claims_of(instance, vertices, part.states)
+    for sensor, node in enumerate(instance.sensor_nodes):
+        if not any(len(targets) > 1 for targets in claimed[sensor]):  # two targets may want the same measurement
+            assert decided[node] == [targets[0] if targets else -1 for targets in claimed[sensor]]
+    assert figures["sensors_that_decided"] == len(decided) == 9
+    if proved:
+        exact = [decision.tolist() for decision in best_assignment(instance).assignment]
+        assert [decided[node] for node in instance.sensor_nodes] == exact
+
+
+def claims_of(instance, vertices, states):
+    """For each measurement of each sensor the targets that it belongs to by the states of the vertices."""
+    claimed = [[[] for _ in points] for points in instance.measurements_m]
+    for number, state in states.items():
+        vertex = vertices[number]
+        for (sensor, target), value in zip(vertex.scope, vertex.states[state[0]], strict=True):
+            if value:
+                claimed[sensor][value - 1].append(target)
+    return claimed
+
+
+@pytest.mark.parametrize("model", ["sensor", "target"])
+def test_claims_that_are_lost_are_told_again(model):
+    lossy = ["medium={type: ideal, loss_probability: 0.1}", "mac={type: ideal}", "network={type: one-hop}"]
+    quick = ["algorithm.stall_s=1", "algorithm.setup_exchange=broadcast", f"problem.model={model}", "repetition=1"]
+    keep, figures = simulate(ASSOCIATION, [*LOOPS, *lossy, *quick])
+    assert figures["map_proved"] == 1
+    assert figures["association_differs_from_exact_map"] == 0.0
+    assert len(keep.of(Association)) == 9
+
+
+@pytest.mark.parametrize("model", ["sensor", "target"])
+def test_sensors_are_told_what_is_known_when_time_is_over(model):
+    late = ["algorithm.time_limit_s=6.2", f"problem.model={model}", "medium={type: ideal, delay_s: 0.05}"]
+    keep, figures = simulate(ASSOCIATION, [*LOOPS, "mac={type: ideal}", "network={type: one-hop}", *late])
+    assert figures["map_proved"] == 0
+    assert figures["trmp_vertices_unfinished"] > 0
+    assert sum(target >= 0 for event in keep.of(Association) for target in event.target) > 9
 
 
 def test_what_is_lost_is_asked_for():
@@ -151,3 +240,8 @@ def test_entries_survive_the_wire():
     (back,) = decode(encode([Entry(1, 2, message)], "float64"), "float64")
     assert back.body.log_message.tolist() == numbers.tolist()
     assert (back.body.iteration, back.body.tree, back.body.round) == (1, 2, 3)
+    rows = {3: np.array([0.25, 0.75]), 1: np.array([1.0])}
+    back, heard = decode(encode([Entry(1, 2, Claim(4, rows)), Entry(2, 1, Heard())], "float64"), "float64")
+    assert back.body.iteration == 4
+    assert {target: row.tolist() for target, row in back.body.rows.items()} == {1: [1.0], 3: [0.25, 0.75]}
+    assert heard == Entry(2, 1, Heard())

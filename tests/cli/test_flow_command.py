@@ -66,3 +66,31 @@ def test_rounds_are_numbers_and_ranges() -> None:
 def test_a_picture_has_a_known_ending(run: Path, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"x.pdf: expected the name of a picture that ends in .png or .svg"):
         flow_command(run, tmp_path / "x.pdf", None, 4, as_json=False)
+
+
+@pytest.fixture(scope="module")
+def trmp(scenarios: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("trmp") / "out"
+    path = scenarios / "chen2006" / "association-trmp.yaml"
+    netsim.run(netsim.load(path, ["problem.targets.count=8"]), folder=folder)
+    return folder
+
+
+def test_tree_reweighted_max_product_shows_its_trees(trmp: Path, tmp_path: Path, capsys) -> None:
+    flow_command(trmp, None, None, 4, as_json=True)
+    told = json.loads(capsys.readouterr().out)
+    metrics = json.loads((trmp / "metrics.json").read_text())
+    assert len(told["trees"]) == metrics["trmp_trees"]
+    assert max(each["iterations"] for each in told["components"]) == metrics["trmp_iterations"]
+    (model,) = (event for _, event in read_trace(trmp / "trace.mcap", {VariablePlacement.topic}))
+    assert sum(len(each["new_edges"]) for each in told["trees"]) == len(model.edge_a)
+    flow_command(trmp, tmp_path / "trees.svg", None, 2, as_json=False)
+    printed = capsys.readouterr().out
+    assert "Spanning trees: association-trmp, seed 1" in printed
+    assert " proved" in printed
+    assert f"wrote {tmp_path / 'trees.svg'}" in printed
+
+
+def test_tree_reweighted_max_product_has_no_rounds_to_choose(trmp: Path) -> None:
+    with pytest.raises(ScenarioError, match="--rounds 0-2: expected a run whose nodes share rounds"):
+        flow_command(trmp, None, "0-2", 4, as_json=False)

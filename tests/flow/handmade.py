@@ -1,16 +1,23 @@
 """A small trace by hand: three sensors and a target, in which a sensor falls silent and wakes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from netsim.trace.events import GraphMessages, NodeTable, TruthTargets, VariablePlacement
+from netsim.trace.events import AlgorithmRecord, GraphMessages, NodeTable, TruthTargets, VariablePlacement
 from netsim.trace.writer import TraceWriter
 
 S = 1_000_000_000
 ROUNDS = [[(0, 3), (1, 3), (2, 3), (3, 0), (3, 1), (3, 2)], [(3, 0), (1, 3)], [(0, 3)], []]
 
 
-def write_flow(path: Path, *, shared: bool = True, rounds: list[list[tuple[int, int]]] = ROUNDS) -> Path:
-    """Round `k` is recorded at `k + 1` seconds; all of it by node 0."""
+def write_flow(
+    path: Path,
+    *,
+    shared: bool = True,
+    rounds: list[list[tuple[int, int]]] = ROUNDS,
+    notes: Sequence[tuple[str, str]] = (),
+) -> Path:
+    """Round `k` is recorded at `k + 1` seconds, then the notes, kind and fields; all of it by node 0."""
     none = [""] * 3
     with TraceWriter(path, {"scenario": "by hand", "seed": "4"}) as writer:
         table = NodeTable(
@@ -24,4 +31,6 @@ def write_flow(path: Path, *, shared: bool = True, rounds: list[list[tuple[int, 
             source, to = [a for a, _ in edges], [b for _, b in edges]
             event = GraphMessages(0, number, source, to, [1] * len(edges), 6, 0.5, int(shared), 0)
             writer.write(event, (number + 1) * S)
+        for kind, fields in notes:
+            writer.write(AlgorithmRecord(0, kind, fields), (len(rounds) + 1) * S)
     return path

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netsim.errors import ScenarioError
-from netsim.kernels.assignment import best_assignment
+from netsim.kernels.assignment import best_assignment, joint_score
 from netsim.kernels.association_graph import decide_by_claims, graph_vertices
 from netsim.kernels.association_model import AssociationInstance, clustered
 from netsim.kernels.central import run_synchronous
@@ -134,6 +134,20 @@ def test_agreement_of_trees_is_the_exact_answer(graph):
             exact = best_assignment(problem).assignment
             assert assignment_of(problem, vertices, chosen) == [decision.tolist() for decision in exact]
     assert proved > 0  # exclusion between targets makes cliques, on which trees need not agree
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("graph", ["target", "sensor"])
+@pytest.mark.parametrize("schedule", ["two_pass", "flooding"])
+@given(problem=problems(LOOPY, most=3))
+@settings(max_examples=200, deadline=None)
+def test_no_agreement_of_trees_is_wrong(graph, schedule, problem):
+    vertices = graph_vertices(as_graph(problem, graph))
+    results = run_trmp(vertices, schedule=schedule, iterations=60)
+    if all(result.proved for result in results):
+        chosen = {vertex: state[0] for result in results for vertex, state in result.states.items()}
+        decisions = [np.array(each, dtype=np.int64) for each in assignment_of(problem, vertices, chosen)]
+        assert joint_score(problem, decisions) == pytest.approx(best_assignment(problem).score, abs=1e-7)
 
 
 @pytest.mark.parametrize("graph", ["target", "sensor"])

@@ -22,6 +22,7 @@ from netsim.study.plots.style import (
     plain_tick,
     shorten,
     spans_decades,
+    wrap,
 )
 from netsim.study.reporting.blocks import plain
 from netsim.study.reporting.names import level_name, title_of, title_with
@@ -181,5 +182,5 @@ def _differences(view: View, panel: Any, metric: str, keys: Sequence[str]) -> No
         panel.set_xlim(-1, 1)
     panel.xaxis.set_major_locator(MaxNLocator(5))
     panel.xaxis.set_major_formatter(FuncFormatter(plain_tick))
-    panel.set_title(title_of(metric))
+    panel.set_title(wrap(title_of(metric), 26))
     panel.set_xlabel("difference (%)")

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from netsim.study.info import AxisInfo
@@ -119,7 +121,42 @@ def colours_of(axis: AxisInfo | None) -> dict[str, Any]:
         ramp = mpl.colormaps["viridis"]
         place = {label: 0.88 * index / (len(levels) - 1) for index, label in enumerate(levels)}
         return {label: mpl.colors.to_hex(ramp(where)) for label, where in place.items()}
-    return {label: PALETTE[index % len(PALETTE)] for index, label in enumerate(levels)}
+    colours = PALETTE if len(levels) <= len(PALETTE) else STACK
+    return {label: colours[index % len(colours)] for index, label in enumerate(levels)}
+
+
+_LETTER_IN, _HANDLE_IN = 0.075, 0.5
+"""Mean width of a letter of a legend, and of a handle with the space around it."""
+
+
+def legend_below(figure: Figure, groups: Sequence[tuple[str, Sequence[Artist]]], **look: Any) -> None:
+    """A legend below all panels, each group on lines of its own, with as many columns as the figure has room for.
+
+    Args:
+        figure: Of panels.
+        groups: A title and handles with labels.
+        look: For `Figure.legend`.
+    """
+    room_in = figure.get_size_inches()[0] - 0.3
+    for columns in range(min(7, max((len(handles) for _, handles in groups), default=0)), 0, -1):
+        lines = [line for title, handles in groups for line in _lines_of(title, handles, columns)]
+        widths = [max(len(str(line[place].get_label())) for line in lines) for place in range(columns + 1)]
+        if columns == 1 or sum(_LETTER_IN * width + _HANDLE_IN for width in widths) <= room_in:
+            by_column = [line[place] for place in range(columns + 1) for line in lines]  # as legends are filled
+            figure.legend(handles=by_column, loc="outside lower center", ncols=columns + 1, **look)
+            return
+
+
+def _lines_of(title: str, handles: Sequence[Artist], columns: int) -> list[list[Artist]]:
+    """A group cut into lines: its title, then equally many handles, the last ones empty."""
+    starts = range(0, len(handles), columns)
+    lines = [[_words(f"{title}:" if start == 0 else " "), *handles[start : start + columns]] for start in starts]
+    return [line + [_words(" ") for _ in range(columns + 1 - len(line))] for line in lines]
+
+
+def _words(text: str) -> Artist:
+    """An entry of a legend without a mark."""
+    return Line2D([], [], ls="", label=text)
 
 
 def markers_of(axis: AxisInfo | None) -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Error against each cost, with intervals both ways, and the Pareto set drawn and named."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -18,6 +18,7 @@ from netsim.study.plots.style import (
     colours_of,
     grid_of,
     keep_near,
+    legend_below,
     log_scale,
     markers_of,
     panels,
@@ -28,7 +29,7 @@ from netsim.study.plots.style import (
     wrap,
 )
 from netsim.study.reporting.blocks import plain
-from netsim.study.reporting.names import better_of, title_of, title_with
+from netsim.study.reporting.names import better_of, is_ordered, title_of, title_with
 from netsim.study.reporting.phrases import and_list, bracketed, pareto_chain
 from netsim.study.reporting.view import View
 
@@ -36,6 +37,9 @@ MOST_SETTINGS = 9
 """So many settings of the circumstances get a panel."""
 MOST_NAMES = 7
 """So many points of a panel get their names: all of them if one choice tells them apart, else the Pareto set."""
+MOST_TOLD = 12
+"""So many levels of an axis are told by the legend; of more numbers only some."""
+SOME_TOLD = 6
 NAME_MARGIN = 0.2
 """Room beside the outermost points for their names, in widths of their range."""
 
@@ -184,17 +188,24 @@ def _legend(view: View, figure: Figure) -> None:
     """Below all panels: colours of the first choice, markers of the second."""
     if all(_all_named(view, variants) for variants in view.settings.values()):
         return
-    handles = []
+    groups: list[tuple[str, list[Line2D]]] = []
     first, second = _axis(view, 0), _axis(view, 1)
     for axis, looks in ((first, "colour"), (second, "marker")):
-        if axis is None or len(axis.levels) < 2 or len(axis.levels) > 12:
+        if axis is None or len(axis.levels) < 2 or (len(axis.levels) > MOST_TOLD and not is_ordered(axis)):
             continue
-        handles.append(Line2D([], [], ls="", label=f"{axis.name}:"))
-        for label, look in (colours_of(axis) if looks == "colour" else markers_of(axis)).items():
+        handles = []
+        for label, look in _some(colours_of(axis) if looks == "colour" else markers_of(axis)):
             colour, marker = (look, "o") if looks == "colour" else (SOFT, look)
             handles.append(Line2D([], [], ls="", marker=marker, color=colour, label=shorten(label, 24)))
-    if handles:
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 8), handletextpad=0.2)
+        groups.append((axis.name, handles))
+    legend_below(figure, groups, handletextpad=0.2)
+
+
+def _some(looks: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """All levels with their looks, or some evenly spread ones of too many, the last among them."""
+    told = list(looks.items())
+    step = -(-(len(told) - 1) // (SOME_TOLD - 1))
+    return told if len(told) <= MOST_TOLD else [*told[:-1:step], told[-1]]
 
 
 def _names(view: View, figure: Figure, axes: Any, wanted: Sequence[Panel]) -> None:
