@@ -206,8 +206,6 @@ class Rehosting:
                 self._node.spawn(self._probe(message, claim))
         elif claim == mine:
             self._confirm(message, claim)
-        elif self._host(claim) == self._node.id:
-            self._take_over(claim)  # this node has forgotten it
         else:
             self._accept(message, claim)
 
@@ -219,6 +217,9 @@ class Rehosting:
 
     def _accept(self, message: Message, claim: Claim) -> None:
         """A better claim: from now on its host is the one; it is given this node's last message."""
+        if self._host(claim) == self._node.id:
+            self._take_over(claim)  # this node has forgotten its claim
+            return
         hosted, own, vertex = self._hosted, self._measured.knowledge.sensor, self._vertex[claim.target]
         last = self._last_message(own, vertex)
         if vertex in hosted.senders:

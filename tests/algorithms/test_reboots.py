@@ -10,7 +10,7 @@ import pytest
 
 from netsim.scenario.load import load
 from netsim.scenario.run import run
-from netsim.trace.events import AlgorithmRecord, Association, Event, GraphMessages, Log
+from netsim.trace.events import AlgorithmRecord, Association, Event, GraphMessages, Log, Role
 
 PATH = Path("scenarios/chen2006/association-csmp.yaml")
 ROUNDS = 20
@@ -31,7 +31,7 @@ class Keep:
 
     def handlers(self) -> Mapping[type[Event], Any]:
         return dict.fromkeys(
-            (AlgorithmRecord, Association, GraphMessages, Log), lambda event, _: self.events.append(event)
+            (AlgorithmRecord, Association, GraphMessages, Log, Role), lambda event, _: self.events.append(event)
         )
 
     def of(self, kind: type[Event]) -> list[Any]:
@@ -46,6 +46,7 @@ class Outcome:
     hosts: dict[int, set[int]]
     decisions: dict[int, list[int]]
     logs: list[str]
+    centres: list[tuple[int, str]]
 
 
 @cache
@@ -57,9 +58,10 @@ def simulate(algorithm: str, *faults: str, seed: int = 1) -> Outcome:
     for event in keep.of(GraphMessages):
         for vertex in list(event.source) if event.round == ROUNDS else []:
             hosts.setdefault(vertex, set()).add(event.node)
-    decisions = {each.node: list(each.target) for each in keep.of(Association) if each.round == ROUNDS}
+    decisions = {each.node: list(each.target) for each in keep.of(Association) if each.round in (0, ROUNDS)}
     moves = [(each.node, each.kind) for each in keep.of(AlgorithmRecord)]
-    return Outcome(moves, hosts, decisions, [each.message for each in keep.of(Log)])
+    centres = [(each.node, each.role) for each in keep.of(Role)]
+    return Outcome(moves, hosts, decisions, [each.message for each in keep.of(Log)], centres)
 
 
 def crash(node: int, at_s: float, reboot_after_s: float | None = None) -> str:
@@ -99,3 +101,15 @@ def test_a_node_that_was_down_shortly_makes_its_vertices_of_all_measurements(alg
         assert not [line for line in again.logs if "does not fit" in line]
         assert again.decisions == simulate(algorithm).decisions
         assert all(len(hosts) == 1 for hosts in again.hosts.values())
+
+
+@pytest.mark.parametrize("at_s", [0.5, 5.0])
+def test_a_sensor_that_was_down_during_the_election_makes_no_second_centre(at_s: float) -> None:
+    """Down at 5 s it has reported, forgets it, and hears the decision about what it reported."""
+    central = "algorithm={type: central-map, answer_s: 30}"
+    calm = simulate(central, seed=3)
+    (centre,) = (node for node, _ in calm.centres)
+    other = max(node for node, decision in calm.decisions.items() if len(decision) > 2 and node != centre)
+    again = simulate(central, crash(other, at_s, 2.5), seed=3)
+    assert again.centres == calm.centres
+    assert at_s < 2.0 or again.decisions == calm.decisions
