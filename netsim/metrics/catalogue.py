@@ -52,6 +52,7 @@ ERROR_METRICS: Final = (
     "association_error",
     "count_error",
     "marginal_error_linf",
+    "estimate_error_mean_m",
     "position_error_mean_m",
     "ospa_mean_m",
     "association_differs_from_exact_map",
@@ -65,6 +66,8 @@ DEFAULT_COSTS: Final = ("energy_j", "energy_beyond_listening_j", "radio_messages
 DEFAULT_METRICS: Final = (
     *ERROR_METRICS,
     "identity_accuracy",
+    "targets_followed_share",
+    "outage_longest_s",
     "graph_messages_per_sensor",
     "converged_round",
     *DEFAULT_COSTS,

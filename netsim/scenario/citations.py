@@ -21,7 +21,6 @@ from netsim.models import (
     noise,
     placement,
     sound,
-    track_files,
     tracks,
 )
 from netsim.models.sensors import SensorParameters
@@ -71,8 +70,8 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
     tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
     tracking.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
-    sound.MicrophoneArray: Cited("microphones", f"{LIU_2002}, section 5.2.1; sound and noise are netsim's own"),
-    **_own("track", tracks.WaypointTrack, tracks.FileTrack, track_files.TrackPoint),
+    sound.MicrophoneArray: Cited("sensor model", f"{LIU_2002}, section 5.2.1; sound and noise are netsim's own"),
+    **_own("track", tracks.WaypointTrack, tracks.FileTrack),
     manoeuvre.ManoeuvreTrack: Cited("track", "Gauss-Markov mobility, Liang and Haas 1999"),
     tracks.StraightTrack: Cited("track", f"{LIU_2002}, section 5.1"),
     **_own("problem", NoProblemParameters),

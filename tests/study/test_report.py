@@ -10,6 +10,7 @@ from report_studies import figures, written
 from netsim.errors import ScenarioError, TraceError
 from netsim.study.info import PublishedInfo, SourceInfo
 from netsim.study.plots.distribution import distribution_plots
+from netsim.study.plots.draw import TOPICS
 from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
 from netsim.study.plots.trend import trend_plots
 from netsim.study.report import write_report
@@ -23,6 +24,12 @@ TOLERANCES = {"tolerance": [0, 1, 2]}
 def words_only(monkeypatch):
     """No plots, for tests of what is said: they take most of the time."""
     monkeypatch.setattr("netsim.study.report.draw", lambda view: {})
+
+
+@pytest.fixture
+def one_plot(monkeypatch):
+    """Plots of one topic alone, for tests that any plot will do for."""
+    monkeypatch.setattr("netsim.study.plots.draw.TOPICS", {"tradeoff": TOPICS["tradeoff"]})
 
 
 def report(folder: Path) -> str:
@@ -117,6 +124,19 @@ def test_a_study_with_two_axes_gets_every_section_in_the_order_of_questions(tmp_
     }
     for name in re.findall(r"!\[[^\]]+\]\((plots/[^)]+)\)", text):
         assert (tmp_path / name).is_file()
+    check_page((tmp_path / "report.html").read_text(encoding="utf-8"))
+
+
+def check_page(text: str) -> None:
+    """It is well-formed, holds pictures, and refers to nothing but itself."""
+    page = Page(text)
+    assert page.wrong == []
+    assert page.open == []
+    assert page.sources
+    assert all(source.startswith("data:image/svg+xml;base64,") for source in page.sources)
+    assert all(page.alts)
+    assert {link.removeprefix("#") for link in page.links} <= page.anchors
+    assert not re.search(r"""(src|href)=["']?(http|//|plots)""", text)
 
 
 def test_the_same_results_give_the_same_bytes(tmp_path):
@@ -131,17 +151,10 @@ def test_the_same_results_give_the_same_bytes(tmp_path):
             assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name
 
 
-def test_the_page_needs_no_other_file_and_is_well_formed(tmp_path):
+def test_the_page_needs_no_other_file_and_is_well_formed(tmp_path, one_plot):
     written(tmp_path, {"thing": ["a|b", "*c*", "<script>alert(1)</script>", "`d`"]}, 3)
     text = write_report(tmp_path).read_text(encoding="utf-8")
-    page = Page(text)
-    assert page.wrong == []
-    assert page.open == []
-    assert page.sources
-    assert all(source.startswith("data:image/svg+xml;base64,") for source in page.sources)
-    assert all(page.alts)
-    assert {link.removeprefix("#") for link in page.links} <= page.anchors
-    assert not re.search(r"""(src|href)=["']?(http|//|plots)""", text)
+    check_page(text)
     assert "<script" not in text
     assert "&lt;script&gt;" in text
 
@@ -210,7 +223,7 @@ def test_an_interrupted_study_is_reported_as_far_as_it_got(tmp_path, words_only)
     assert "The study is incomplete" in section(text, "Assumptions and caveats")
 
 
-def test_a_problem_without_an_error_compares_costs_alone(tmp_path):
+def test_a_problem_without_an_error_compares_costs_alone(tmp_path, words_only):
     def law(levels, repetition):
         return {name: value for name, value in figures(levels, repetition).items() if name != "association_error"}
 
@@ -350,7 +363,7 @@ def test_a_folder_without_a_study_is_refused(tmp_path):
         write_report(tmp_path)
 
 
-def test_plots_that_cannot_be_written_are_an_error_of_one_line(tmp_path):
+def test_plots_that_cannot_be_written_are_an_error_of_one_line(tmp_path, one_plot):
     written(tmp_path, TOLERANCES, 2)
     (tmp_path / "plots").write_text("in the way")
     with pytest.raises(TraceError, match="plots"):

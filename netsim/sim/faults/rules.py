@@ -241,7 +241,7 @@ class SensorBiasRule:
     nodes: NodeRefs
     """Whose sensors."""
     bias: float = 0.0
-    """Added to every value, in the unit of the reading."""
+    """Added to every value, in the unit of the reading (tracking: of amplitudes, or radians of bearings)."""
     drift_per_h: float = 0.0
     """Added to the bias for every hour since the rule began, in the unit of the reading."""
     from_s: NonNegative = 0.0
