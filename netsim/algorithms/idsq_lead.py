@@ -163,7 +163,7 @@ class Leaders:
 
     def _quiet(self, held: Held, reading: float, belief: GridBelief) -> int:
         """How many readings in a row have told of no target here; a bearing says nothing of that."""
-        if rim_probability(belief) > ON_THE_RIM or reading < self._station.detection_amplitude < math.inf:
+        if rim_probability(belief) > ON_THE_RIM or reading < self._station.noise_amplitude < math.inf:
             return held.quiet + 1
         return held.quiet if self._station.sensor.measures_bearing else 0
 

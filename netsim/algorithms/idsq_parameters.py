@@ -32,9 +32,9 @@ class IdsqWatch:
     false_alarm: Probability = 1e-6
     """Probability that noise alone makes a watchdog raise the alarm at one reading; sets the threshold of detection."""
     detection_amplitude: Positive | None = None
-    """Amplitude from which on there is a target; by default the threshold that follows from `false_alarm` and the noise
-    that the sensors assume. Those who hear a target so loud had better be in radio reach of each other, lest several begin
-    a track of it."""
+    """Amplitude from which on watchdogs raise the alarm, if above the threshold that follows from `false_alarm` and the
+    noise that the sensors assume; null for that threshold. Those who hear a target so loud had better be in radio reach of
+    each other, lest several begin a track of it."""
     election_s: Positive = 0.15
     """How long those in reach elect the loudest of them, who begins the track."""
     square_m: Positive = 50.0
@@ -42,7 +42,7 @@ class IdsqWatch:
     inhibit_m: Positive = 60.0
     """Watchdogs within this distance of a track's estimate are quiet."""
     lost_after: NonNegativeInt = 6
-    """A track ends after so many readings in a row below the threshold, or with most of the belief in the outermost cells;
+    """A track ends after so many readings in a row that may be noise, or with most of the belief in the outermost cells;
     0 for never. The track of a first leader that was told to lead ends so only where another track is heard of."""
     same_m: Positive = 25.0
     """Of two tracks whose estimates come closer than this, the younger ends."""

@@ -88,10 +88,16 @@ class Station:
     @property
     def detection_amplitude(self) -> float:
         """Loudness from which on there is a target; infinite for a sensor that does not measure any."""
-        model, watch = self.sensor.model, self.parameters.watch
+        chosen = self.parameters.watch.detection_amplitude
+        return self.noise_amplitude if chosen is None else max(chosen, self.noise_amplitude)
+
+    @property
+    def noise_amplitude(self) -> float:
+        """Loudness below which there may be noise alone; infinite for a sensor that does not measure any."""
+        model = self.sensor.model
         if not isinstance(model, AmplitudeModel):
             return math.inf
-        return watch.detection_amplitude or detection_threshold(model, watch.false_alarm)
+        return detection_threshold(model, self.parameters.watch.false_alarm)
 
     def read(self, observation: Observation) -> tuple[float, int]:
         """The reading in an observation, and how many operations it takes to find it; NaN for no reading."""
