@@ -36,7 +36,7 @@ from netsim.kernels.trmp import run_trmp
 from netsim.metrics.collect import Metrics
 from netsim.scenario.load import load
 from netsim.scenario.run import run
-from netsim.trace.events import AlgorithmRecord, Association, Event, Problem
+from netsim.trace.events import AlgorithmRecord, Association, Event, Marginals, Problem
 
 ASSOCIATION = Path("scenarios/chen2006/association-csmp.yaml")
 GRAPH = Path("scenarios/graphs/grid-sum-product.yaml")
@@ -62,7 +62,7 @@ class Keep:
 
 
 def simulate(path: Path, overrides: list[str]) -> tuple[Keep, dict[str, Any]]:
-    keep, metrics = Keep(Problem, Association, AlgorithmRecord), Metrics()
+    keep, metrics = Keep(Problem, Association, AlgorithmRecord, Marginals), Metrics()
     result = run(load(path, overrides), observers=[keep, *metrics.observers])
     assert not result.failures
     return keep, metrics.figures()
@@ -185,6 +185,13 @@ def test_a_variable_model_with_its_marginals():
     instance = GraphInstance.from_json(keep.of(Problem)[0].content_json)
     results = run_trmp(instance.vertices(), forests=forests_of(keep))
     assert figures["map_proved"] == int(all(part.proved for part in results))
+    states = {vertex: state for part in results for vertex, state in part.states.items()}
+    last = {event.variable: event for event in keep.of(Marginals)}
+    assert sorted(last) == list(range(len(instance.graph.cardinalities)))
+    for variable, event in last.items():
+        assert event.is_max
+        assert sum(event.probability) == pytest.approx(1.0)
+        assert (int(np.argmax(event.probability)),) == states[variable]
 
 
 def test_time_over_is_not_proved():
