@@ -1,12 +1,13 @@
 """Steps 4 and 5 of Table 1 (Liu, Reich, Zhao 2002): who is to lead next, and the belief on its way there."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, Thread, decode_energy, turn_of
 from netsim.algorithms.idsq_payload import Laid
 from netsim.algorithms.idsq_station import Station
 from netsim.api import Message, Op
+from netsim.kernels.acoustics import SensorSpec
 from netsim.kernels.grid_belief import diffusion_operations
 from netsim.kernels.handoff_cost import HandoffCost
 from netsim.kernels.operations import FUNCTION_OPERATIONS
@@ -84,7 +85,7 @@ class HandingOn:
         steps = max(1, station.step - held.step)
         predicted = station.filtering.predicted(held.belief, steps)
         candidates = knowledge.neighbours(station.sensor.position_m, left_out)
-        specs = {other: knowledge.others[other] for other in candidates}
+        specs = self._who_can_tell(held, {other: knowledge.others[other] for other in candidates})
         rule, exact = parameters.selection, parameters.exact_information
         worth = utilities(
             rule,
@@ -92,7 +93,7 @@ class HandingOn:
             specs,
             rng,
             exact=exact,
-            costs=self._costs_j(candidates, payload_byte) if rule in PRICED else None,
+            costs=self._costs_j(specs, payload_byte) if rule in PRICED else None,
             energy_left=station.energy_share,
             bit_per_joule=parameters.cost.bit_per_joule,
         )
@@ -100,7 +101,16 @@ class HandingOn:
         yield from station.node.compute(operations + choosing_operations(rule, predicted, specs, exact=exact))
         return worth
 
-    def _costs_j(self, candidates: Sequence[int], payload_byte: int) -> dict[int, float]:
+    def _who_can_tell(self, held: Held, specs: dict[int, SensorSpec]) -> dict[int, SensorSpec]:
+        """While silence makes a target doubtful, those whose sensors could hear it, if there are any.
+
+        Else bearings, which say something of every noise, might keep a track of nothing among themselves for ever.
+        """
+        hearing = {node: spec for node, spec in specs.items() if not spec.measures_bearing}
+        is_doubtful = self._station.parameters.robust and held.quiet > 0
+        return hearing if is_doubtful and hearing else specs
+
+    def _costs_j(self, candidates: Iterable[int], payload_byte: int) -> dict[int, float]:
         """Joules of the hand-off to each candidate, by what this node knows of its links."""
         prr = {neighbour.id: neighbour.prr for neighbour in self._station.node.neighbours}
         cost = HandoffCost(self._station.parameters.cost.joule_per_byte)

@@ -153,7 +153,8 @@ def _mixture_bytes(mixture: Mixture) -> bytes:
 
 def _mixture_of(body: bytes, count: int) -> Mixture:
     per = 6 if count > 1 else 5
-    numbers = decode_floats(body, "float32")
+    with np.errstate(invalid="ignore"):  # signalling NaN, refused below
+        numbers = decode_floats(body, "float32")
     if count < 1 or len(numbers) != per * count or not np.all(np.isfinite(numbers)):
         message = f"{len(body)} bytes where {count} normal distributions should be"
         raise ValueError(message)
@@ -181,7 +182,8 @@ def _read_weights(data: bytes, count: int, precision: Precision, *, deflated: bo
     if precision == "uint8":
         weights = np.exp2(decode_floats(_sums(data) if deflated else data, precision))
     else:
-        weights = decode_floats(data, precision)
+        with np.errstate(invalid="ignore"):
+            weights = decode_floats(data, precision)
     if not np.all((weights > 0.0) & np.isfinite(weights)):
         message = "bytes of probabilities that are not above 0"
         raise ValueError(message)

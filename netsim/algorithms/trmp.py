@@ -15,8 +15,7 @@ What the processor is charged for: the sensor's reading, every max-product messa
 building vertices, tree building, encoding and decoding.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Annotated, Literal
 
@@ -25,15 +24,14 @@ from annotated_types import Ge, Gt, Le
 from netsim.algorithms.hosting import Hosting, prepare
 from netsim.algorithms.trmp_conclusions import Conclusions
 from netsim.algorithms.trmp_inference import Plan
-from netsim.algorithms.trmp_messages import Claim, Entry, Go, Heard, Next, TreeMessage, Wave, decode, encode
-from netsim.algorithms.trmp_report import PHASES, record_outcome
+from netsim.algorithms.trmp_messages import Claim, Entry, Heard, TreeMessage, decode, encode
+from netsim.algorithms.trmp_report import Report
 from netsim.algorithms.trmp_vertex import HostedVertex
 from netsim.api import Message, NodeHandle, NoEnergyError, Op
 from netsim.kernels.trmp import MARGIN, TreeSchedule
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
 from netsim.protocols.courier import Courier
 from netsim.protocols.exchange import Manner
-from netsim.trace.events import GraphMessages
 from netsim.units import s_to_ns
 
 TRMP = "trmp"
@@ -108,9 +106,11 @@ class Trmp:
         hosting = yield from prepare(node, chosen.payload, *setup)
         plan = partial(_plan, chosen)
         vertices = {vertex.id: HostedVertex(vertex, plan) for vertex in hosting.vertices}  # type: ignore[arg-type]  # all are
-        host = _Host(node, hosting, vertices, chosen)
+        report = Report(node, hosting.hosts, vertices)
+        host = _Host(node, hosting, vertices, chosen, report)
+        report.begun()
         yield from host.serve(s_to_ns(chosen.time_limit_s))
-        record_outcome(node, vertices, host.counts)
+        report.end()
         told = host.conclusions.association(node.id)
         if told is not None:
             node.record(told)
@@ -120,14 +120,19 @@ class _Host:
     """A node's side: carries entries between the vertices, here and elsewhere."""
 
     def __init__(
-        self, node: NodeHandle, hosting: Hosting, vertices: dict[int, HostedVertex], parameters: TrmpParameters
+        self,
+        node: NodeHandle,
+        hosting: Hosting,
+        vertices: dict[int, HostedVertex],
+        parameters: TrmpParameters,
+        report: Report,
     ) -> None:
         self._node = node
         self._hosts = hosting.hosts
         self._vertices = vertices
         self._parameters = parameters
+        self._report = report
         self._stall_ns = s_to_ns(parameters.stall_s)
-        self.counts: Counter[str] = Counter()
         self.conclusions = Conclusions(hosting.measured)
         hosted = {number: each.vertex for number, each in vertices.items()}
         peers = (set(hosting.hosts.values()) | self.conclusions.peers(hosted)) - {node.id}
@@ -222,7 +227,7 @@ class _Host:
         waiting = list(entries)
         while waiting:
             ready, waiting = waiting, []
-            self._count(ready)
+            self._report.messages(ready)
             for entry in ready:
                 if self._host_of(entry) == self._node.id:
                     waiting += self._delivered(entry)
@@ -231,7 +236,8 @@ class _Host:
         try:
             yield from self._node.compute(sum(vertex.spent() for vertex in self._vertices.values()))
         except NoEnergyError:
-            return
+            remote = []
+        self._report.verdicts()
         self._hand_over([entry for entry in remote if not entry.is_held])
         held = [entry for entry in remote if entry.is_held]
         if held:
@@ -247,27 +253,3 @@ class _Host:
             by_host.setdefault(self._host_of(entry), []).append(entry)
         for host, together in sorted(by_host.items()):
             self._courier.send(host, encode(together, self._parameters.payload))
-
-    def _count(self, entries: Iterable[Entry]) -> None:
-        """Record graph messages by iteration; 0 is the growing of trees. What sensors are told is none."""
-        by_iteration: dict[int, list[Entry]] = {}
-        for entry in entries:
-            if isinstance(entry.body, Claim | Heard):
-                continue
-            self.counts[PHASES[type(entry.body)]] += 1
-            number = 0 if isinstance(entry.body, Wave | Next | Go) else entry.body.iteration
-            by_iteration.setdefault(number, []).append(entry)
-        for number, together in sorted(by_iteration.items()):
-            self._node.record(
-                GraphMessages(
-                    node=self._node.id,
-                    round=number,
-                    source=[entry.source for entry in together],
-                    destination=[entry.destination for entry in together],
-                    remote=[int(self._hosts[entry.destination] != self._node.id) for entry in together],
-                    computed=len(together),
-                    largest_change=1.0,  # every message is needed
-                    is_synchronous=0,
-                    late_ns=0,
-                )
-            )

@@ -59,6 +59,7 @@ class TreeReweighted:
         self._sent: set[tuple[int, int, int]] = set()
         self._mine: bool | None = None
         self._has_voted = False
+        self._goes_on = False
         self._choices: list[Choice] = []
         self.iteration = 0
         self.verdict: Verdict | None = None
@@ -82,6 +83,17 @@ class TreeReweighted:
         return self._member.weights
 
     def begin(self) -> list[Entry]:
+        """Begin the first iteration."""
+        return self._on(self._begin())
+
+    def _on(self, entries: list[Entry]) -> list[Entry]:
+        """Begin as many iterations as can be begun: what has come early may complete one after the other."""
+        while self._goes_on:
+            self._goes_on = False
+            entries += self._begin()
+        return entries
+
+    def _begin(self) -> list[Entry]:
         """Begin the next iteration with what has come for it already."""
         self.iteration += 1
         self._received, self._sent = {}, set()
@@ -92,6 +104,9 @@ class TreeReweighted:
 
     def take(self, source: int, body: TreeMessage | Vote | Verdict) -> list[Entry]:
         """Answer a message of a neighbour."""
+        return self._on(self._taken(source, body))
+
+    def _taken(self, source: int, body: TreeMessage | Vote | Verdict) -> list[Entry]:
         match body:
             case TreeMessage(iteration) if iteration > self.iteration:
                 self._early.setdefault(iteration, []).append((source, body))
@@ -156,7 +171,8 @@ class TreeReweighted:
         agrees = self._mine and all(votes.values())
         if self._place.parent is not None:
             return [Entry(self._id, self._place.parent, Vote(self.iteration, agrees))]
-        return self._judged(Verdict(self.iteration, agrees, agrees or self.iteration >= self._plan.iterations))
+        is_last = self.iteration >= self._plan.iterations or not self._near[0]  # alone, nothing would change
+        return self._judged(Verdict(self.iteration, agrees, agrees or is_last))
 
     def _judged(self, verdict: Verdict) -> list[Entry]:
         """Pass the verdict on; stop, or rewrite the potentials (step 3) and go on."""
@@ -167,5 +183,5 @@ class TreeReweighted:
             self._member.update([self._last(tree) for tree in range(len(self._near))], self._plan.damping)
         if verdict.stop:
             self.verdict = verdict
-            return entries
-        return entries + self.begin()
+        self._goes_on = not verdict.stop
+        return entries

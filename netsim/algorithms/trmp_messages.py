@@ -86,6 +86,11 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
+class Abandon:
+    """To all neighbours, and on from them: this component cannot come to an end any more, for instance after a reboot."""
+
+
+@dataclass(frozen=True, slots=True)
 class Claim:
     """To a sensor: what a vertex concludes about its measurements in its last iteration.
 
@@ -101,7 +106,7 @@ class Heard:
     """A sensor's answer to a claim."""
 
 
-Body = Wave | Next | Go | TreeMessage | Vote | Verdict | Claim | Heard
+Body = Wave | Next | Go | TreeMessage | Vote | Verdict | Claim | Heard | Abandon
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,9 +137,10 @@ _FIELDS = {
     Go: struct.Struct("<B"),
     Claim: struct.Struct("<HB"),
     Heard: struct.Struct("<"),
+    Abandon: struct.Struct("<"),
 }
 _ROW = struct.Struct("<HH")  # target, number of entries
-_KINDS: tuple[type[Any], ...] = (Wave, Next, Go, TreeMessage, Vote, Verdict, Claim, Heard)
+_KINDS: tuple[type[Any], ...] = (Wave, Next, Go, TreeMessage, Vote, Verdict, Claim, Heard, Abandon)
 
 
 def encode(entries: Iterable[Entry], width: FloatWidth) -> bytes:
@@ -158,7 +164,7 @@ def _encoded(body: Body, width: FloatWidth) -> bytes:
             return fields.pack(len(diameters)) + _counts(diameters)
         case TreeMessage(iteration, tree, number, log_message):
             return fields.pack(iteration, tree, number, len(log_message)) + encode_floats(log_message, width)
-        case Vote() | Verdict() | Heard():
+        case Vote() | Verdict() | Heard() | Abandon():
             return fields.pack(*astuple(body))
         case Claim(iteration, rows):
             return fields.pack(iteration, len(rows)) + _rows(rows, width)
@@ -240,6 +246,10 @@ def _heard(_: bytes, offset: int, __: FloatWidth) -> tuple[Body, int]:
     return Heard(), offset
 
 
+def _abandon(_: bytes, offset: int, __: FloatWidth) -> tuple[Body, int]:
+    return Abandon(), offset
+
+
 _DECODERS: dict[type[Any], Callable[[bytes, int, FloatWidth], tuple[Body, int]]] = {
     Wave: _wave,
     Next: _next,
@@ -249,4 +259,5 @@ _DECODERS: dict[type[Any], Callable[[bytes, int, FloatWidth], tuple[Body, int]]]
     Verdict: _verdict,
     Claim: _claim,
     Heard: _heard,
+    Abandon: _abandon,
 }

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from netsim.algorithms.trmp_inference import Plan, TreeReweighted
-from netsim.algorithms.trmp_messages import Claim, Entry, Go, Heard, Next, Wave
+from netsim.algorithms.trmp_messages import Abandon, Claim, Entry, Go, Heard, Next, Wave
 from netsim.algorithms.trmp_trees import TreeBuilder
 from netsim.kernels.vertex import ReweightableVertex
 
@@ -20,6 +20,7 @@ class HostedVertex:
         self.vertex = vertex
         self.builder = TreeBuilder(vertex.id, vertex.neighbours)
         self.inference: TreeReweighted | None = None
+        self.is_abandoned = False
         self._plan = plan
         self._early: list[Entry] = []
 
@@ -30,14 +31,23 @@ class HostedVertex:
     def take(self, entry: Entry) -> list[Entry]:
         """Answer a message of a neighbour."""
         body = entry.body
-        if isinstance(body, Claim | Heard):
-            return []  # between a host and a sensor, not between vertices
+        if self.is_abandoned or isinstance(body, Claim | Heard):
+            return []  # the latter are between a host and a sensor, not between vertices
+        if isinstance(body, Abandon):
+            return self.abandon()
         if isinstance(body, Wave | Next | Go):
             return self._onward(self.builder.take(entry.source, body))
         if self.inference is None:
             self._early.append(entry)
             return []
         return self.inference.take(entry.source, body)
+
+    def abandon(self) -> list[Entry]:
+        """Give up, and let all neighbours know; nothing where the last verdict has come already, which stays true."""
+        if self.is_finished:
+            return []
+        self.is_abandoned = True
+        return [Entry(self.vertex.id, other, Abandon()) for other in self.vertex.neighbours]
 
     def _onward(self, entries: list[Entry]) -> list[Entry]:
         """Begin inference as soon as all trees stand."""
@@ -53,8 +63,8 @@ class HostedVertex:
 
     @property
     def is_finished(self) -> bool:
-        """Whether the verdict that ends it is known."""
-        return self.inference is not None and self.inference.verdict is not None
+        """Whether nothing is left to be done: the last verdict is known, or it gave up."""
+        return self.is_abandoned or (self.inference is not None and self.inference.verdict is not None)
 
     def spent(self) -> int:
         """Operations since this was asked last."""

@@ -97,6 +97,7 @@ def _summed(
     half = len(shape) // 2
     root = np.linalg.cholesky(covariance_m2)
     steps = _steps(mean_m, covariance_m2, sensors_m, kind, range_sd_m, bearing_sd_rad)
+    _check_points(steps)
     check_states((2 * steps + 1) ** 2 * int(np.prod(shape)), "the quadrature of one target's evidence", MOST_TERMS)
     total = np.zeros((int(np.prod(shape[:half])), int(np.prod(shape[half:]))))
     for offsets in _grid(steps):
@@ -124,6 +125,7 @@ def quadrature_points(
 ) -> int:
     """How many points the square around the grid of `polar_log_evidence` has; arguments and errors as there."""
     steps = _steps(mean_m, covariance_m2, sensors_m, kind, range_sd_m, bearing_sd_rad)
+    _check_points(steps)
     return (2 * steps + 1) ** 2
 
 
@@ -142,14 +144,16 @@ def _steps(
     across_m = bearing_sd_rad * max(0.5 * least_m, floor_m)
     widths_m = {"range": (range_sd_m,), "bearing": (across_m,), "range_bearing": (range_sd_m, across_m)}
     spacing_sd = min(widths_m[kind]) / len(sensors_m) ** 0.5 / float(np.linalg.norm(root, 2))
-    steps = int(np.ceil(REACH_SD / min(spacing_sd, 0.5)))
+    return int(np.ceil(REACH_SD / min(spacing_sd, 0.5)))
+
+
+def _check_points(steps: int) -> None:
     if (2 * steps + 1) ** 2 > MOST_POINTS:
         text = (
             f"the evidence of a target needs a grid of {(2 * steps + 1) ** 2:,} points, more than the {MOST_POINTS:,} "
             "supported: the measurements' noise is too small against the prior; raise it, or lower prior_variance_m2"
         )
         raise ScenarioError(text)
-    return steps
 
 
 def _grid(steps: int) -> Sequence[FloatArray]:

@@ -107,7 +107,8 @@ class _Component:
     def solve(self, damping: float, iterations: int) -> ComponentResult:
         agreed: dict[int, Choice] | None = None
         done = 0
-        while agreed is None and done < iterations:
+        most = iterations if self._near else 1  # without edges, nothing would change
+        while agreed is None and done < most:
             done += 1
             received = [self._on_tree(tree) for tree in range(len(self._near))]
             agreed = self._agreed(received)

@@ -34,7 +34,7 @@ class BeliefLatency:
 
     def _on_problem(self, event: Problem, _: int) -> None:
         if event.kind == "tracking":
-            self._step_ns = s_to_ns(json.loads(event.content_json)["reading_s"])
+            self._step_ns = s_to_ns(json.loads(event.content_json).get("reading_s", 0.0))
 
     def _on_belief(self, event: Belief, now_ns: int) -> None:
         if event.step > 0 and self._step_ns:

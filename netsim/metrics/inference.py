@@ -34,6 +34,7 @@ class GraphTraffic:
         self._sent: defaultdict[int, int] = defaultdict(int)
         self._remote = 0
         self._computed = 0
+        self._control: defaultdict[int, int] = defaultdict(int)
         self._change: defaultdict[int, float] = defaultdict(float)
         self._synchronous = True
         self._last_news_ns = 0
@@ -57,18 +58,26 @@ class GraphTraffic:
         }
         if self._synchronous:
             return figures | self._by_round()
-        return figures | {"graph_messages_until_convergence_per_sensor": total / len(self._hosts)}
+        return figures | self._until_convergence(None)
 
     def _by_round(self) -> dict[str, Any]:
         quiet = self._quiet_round()
-        until = sum(count for number, count in self._sent.items() if quiet is None or number <= quiet)
         return {
             "graph_messages_by_round": [self._sent[number] for number in range(max(self._sent) + 1)],
             "rounds": max(self._sent),
             "converged_round": quiet,
-            "graph_messages_until_convergence_per_sensor": until / len(self._hosts),
+            **self._until_convergence(quiet),
             "rounds_begun_late": len(self._late),
             "round_lateness_max_s": max(self._late, default=0) / NS_PER_S,
+        }
+
+    def _until_convergence(self, quiet: int | None) -> dict[str, Any]:
+        """Messages a sensor up to a round, or all."""
+        rounds = [number for number in self._sent if quiet is None or number <= quiet]
+        until, control = sum(self._sent[number] for number in rounds), sum(self._control[number] for number in rounds)
+        return {
+            "graph_messages_until_convergence_per_sensor": until / len(self._hosts),
+            "inference_messages_until_convergence_per_sensor": (until - control) / len(self._hosts),
         }
 
     def _quiet_round(self) -> int | None:
@@ -88,6 +97,8 @@ class GraphTraffic:
         self._sent[event.round] += len(event.source)
         self._remote += int(sum(event.remote))
         self._computed += event.computed
+        if event.computed == 0:
+            self._control[event.round] += len(event.source)
         self._change[event.round] = max(self._change[event.round], event.largest_change)
         if event.late_ns > 0:
             self._late.append(event.late_ns)

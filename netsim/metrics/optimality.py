@@ -10,12 +10,17 @@ from netsim.trace.recorder import Handler
 
 
 class Optimality:
-    """Reads the records of `netsim.algorithms.trmp`; no figures for other algorithms."""
+    """Reads the records of `netsim.algorithms.trmp`; no figures for other algorithms.
+
+    A vertex counts as proved if the last that was heard of it is such a verdict. One of a node that died without, or began
+    anew after a crash, does not.
+    """
 
     def __init__(self) -> None:
-        self._components: list[Mapping[str, Any]] = []
-        self._unfinished = 0
+        self._verdicts: dict[int, Mapping[str, Any]] = {}
+        self._begun: set[int] = set()
         self._phases: Counter[str] = Counter()
+        self._variables: set[int] = set()
         self._hosts: set[int] = set()
 
     def handlers(self) -> Mapping[type[Any], Handler]:
@@ -24,28 +29,32 @@ class Optimality:
 
     def figures(self) -> dict[str, Any]:
         """The metrics."""
-        if not self._phases and not self._components:
+        if not self._begun:
             return {}
-        proved = [part for part in self._components if part["proved"]]
-        vertices = sum(part["vertices"] for part in self._components) + self._unfinished
+        vertices = self._variables | self._begun
+        proved = sum(verdict["proved"] for verdict in self._verdicts.values())
         return {
-            "map_proved": int(len(proved) == len(self._components) and not self._unfinished),
-            "map_proved_share": sum(part["vertices"] for part in proved) / vertices if vertices else None,
-            "trmp_iterations": max((part["iterations"] for part in self._components), default=None),
-            "trmp_trees": max((part["trees"] for part in self._components), default=None),
-            "trmp_vertices_unfinished": self._unfinished,
+            "map_proved": int(proved == len(vertices)),
+            "map_proved_share": proved / len(vertices),
+            "trmp_iterations": max((verdict["iterations"] for verdict in self._verdicts.values()), default=None),
+            "trmp_trees": max((verdict["trees"] for verdict in self._verdicts.values()), default=None),
+            "trmp_vertices_unfinished": len(vertices) - len(self._verdicts),
             "trmp_messages_by_phase_per_sensor": {
                 phase: count / len(self._hosts) for phase, count in sorted(self._phases.items())
             },
         }
 
     def _on_placement(self, event: VariablePlacement, _: int) -> None:
+        self._variables = set(map(int, event.variable))
         self._hosts = set(map(int, event.host))
 
     def _on_record(self, event: AlgorithmRecord, _: int) -> None:
-        if event.kind == "trmp_component":
-            self._components.append(json.loads(event.fields_json))
-        elif event.kind == "trmp_unfinished":
-            self._unfinished += 1
+        if event.kind == "trmp_begun":
+            for vertex in json.loads(event.fields_json)["vertices"]:
+                self._begun.add(vertex)
+                self._verdicts.pop(vertex, None)
+        elif event.kind == "trmp_verdict":
+            verdict = json.loads(event.fields_json)
+            self._verdicts[verdict["vertex"]] = verdict
         elif event.kind == "trmp_messages":
             self._phases.update(json.loads(event.fields_json))

@@ -70,7 +70,7 @@ class Table2:
 
     def _on_problem(self, event: Problem, _: int) -> None:
         if event.kind == "tracking":
-            self._sensors = [int(sensor["node"]) for sensor in json.loads(event.content_json)["sensors"]]
+            self._sensors = [int(sensor["node"]) for sensor in json.loads(event.content_json).get("sensors", ())]
 
     def _on_belief(self, event: Belief, _: int) -> None:
         self._cells[event.node] = len(event.cell)

@@ -367,7 +367,8 @@ class GraphMessages:
     remote: U8Array
     """1 if the destination variable lives on another node (so the message went over the air)."""
     computed: U32
-    """How many messages were computed this round, sent or not."""
+    """How many messages were computed this round, sent or not; 0 where those sent are none of the inference itself: trees
+    that grow, votes, verdicts."""
     largest_change: F64
     """Largest divergence between a computed message and the one it is compared with."""
     is_synchronous: U8

@@ -1,18 +1,16 @@
 """Distributed tree-reweighted max-product against the central kernel and the exact answer."""
 
-import json
-from collections.abc import Mapping
 from itertools import count
-from pathlib import Path
-from typing import Any
 
 import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from trmp_runs import ASSOCIATION, COMMON, GRAPH, IDEAL, Keep, simulate
 
 from netsim.algorithms.trmp_messages import (
+    Abandon,
     Claim,
     Echo,
     Entry,
@@ -33,39 +31,7 @@ from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.graph_model import GraphInstance
 from netsim.kernels.trmp import run_trmp
-from netsim.metrics.collect import Metrics
-from netsim.scenario.load import load
-from netsim.scenario.run import run
-from netsim.trace.events import AlgorithmRecord, Association, Event, Problem
-
-ASSOCIATION = Path("scenarios/chen2006/association-csmp.yaml")
-GRAPH = Path("scenarios/graphs/grid-sum-product.yaml")
-COMMON = ["duration_s=2000", "algorithm={type: trmp}", "problem.variance=total", "problem.targets.count=17"]
-IDEAL = ["fidelity=ideal"]
-
-
-class Keep:
-    """Keeps the events of some kinds."""
-
-    def __init__(self, *kinds: type[Event]) -> None:
-        self.kinds = kinds
-        self.events: list[Any] = []
-
-    def handlers(self) -> Mapping[type[Event], Any]:
-        return dict.fromkeys(self.kinds, lambda event, _: self.events.append(event))
-
-    def of(self, kind: type[Event]) -> list[Any]:
-        return [event for event in self.events if type(event) is kind]
-
-    def notes(self, kind: str) -> list[dict[str, Any]]:
-        return [json.loads(e.fields_json) for e in self.of(AlgorithmRecord) if e.kind == kind]
-
-
-def simulate(path: Path, overrides: list[str]) -> tuple[Keep, dict[str, Any]]:
-    keep, metrics = Keep(Problem, Association, AlgorithmRecord), Metrics()
-    result = run(load(path, overrides), observers=[keep, *metrics.observers])
-    assert not result.failures
-    return keep, metrics.figures()
+from netsim.trace.events import Association, Marginals, Problem
 
 
 def forests_of(keep: Keep) -> list[frozenset[tuple[int, int]]]:
@@ -93,6 +59,11 @@ def test_a_run_equals_the_kernel_on_the_trees_that_grew(schedule):
     assert decided == {node: states[sensor] for sensor, node in enumerate(instance.sensor_nodes)}
     inference = sum(note["inference"] for note in keep.notes("trmp_messages"))
     assert inference == sum(part.messages for part in results)
+    per_sensor = figures["inference_messages_until_convergence_per_sensor"]
+    assert per_sensor == inference / len(instance.sensor_nodes)
+    phases = figures["trmp_messages_by_phase_per_sensor"]
+    assert phases["inference"] == per_sensor
+    assert sum(phases.values()) == pytest.approx(figures["graph_messages_until_convergence_per_sensor"])
     assert figures["map_proved"] == int(all(part.proved for part in results))
     if figures["map_proved"]:
         assert figures["association_differs_from_exact_map"] == 0.0
@@ -185,6 +156,13 @@ def test_a_variable_model_with_its_marginals():
     instance = GraphInstance.from_json(keep.of(Problem)[0].content_json)
     results = run_trmp(instance.vertices(), forests=forests_of(keep))
     assert figures["map_proved"] == int(all(part.proved for part in results))
+    states = {vertex: state for part in results for vertex, state in part.states.items()}
+    last = {event.variable: event for event in keep.of(Marginals)}
+    assert sorted(last) == list(range(len(instance.graph.cardinalities)))
+    for variable, event in last.items():
+        assert event.is_max
+        assert sum(event.probability) == pytest.approx(1.0)
+        assert (int(np.argmax(event.probability)),) == states[variable]
 
 
 def test_time_over_is_not_proved():
@@ -232,6 +210,7 @@ def test_entries_survive_the_wire():
         Go((3, 4, 5)),
         Vote(6, True),
         Verdict(7, False, True),
+        Abandon(),
     ]
     entries = [Entry(number, number + 1, body) for number, body in enumerate(bodies)]
     assert decode(encode(entries, "float64"), "float64") == entries

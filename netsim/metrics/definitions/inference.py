@@ -78,6 +78,15 @@ METRICS = (
             "GraphMessages, VariablePlacement",
         ),
         (
+            "inference_messages_until_convergence_per_sensor",
+            "1",
+            "lower",
+            "The same without messages that carry nothing computed by the inference itself: those by which `trmp` grows its "
+            "trees, votes and tells verdicts. Max-product and its kin have none such, nor do they find out that they "
+            "converged.",
+            f"GraphMessages, VariablePlacement; {CHEN_2006}, Table I",
+        ),
+        (
             "rounds_begun_late",
             "1",
             "lower",

@@ -19,8 +19,9 @@ METRICS = grouped(
         "map_proved_share",
         "1",
         "higher",
-        "Share of the model's vertices that lie in connected components whose best state was proved.",
-        _RECORDS,
+        "Share of the model's vertices whose state was proved. A vertex of a node that died before the verdict, or began "
+        "anew after it, counts as not proved.",
+        f"{_RECORDS}, VariablePlacement",
     ),
     ("trmp_iterations", "1", "lower", "Iterations of the component that took most.", _RECORDS),
     ("trmp_trees", "1", "", "Spanning trees of the component that has most.", _RECORDS),
@@ -28,15 +29,16 @@ METRICS = grouped(
         "trmp_vertices_unfinished",
         "1",
         "lower",
-        "Vertices that heard no last verdict before the time was over; those of a node that died are not counted.",
-        _RECORDS,
+        "Vertices that heard no last verdict: the time was over, they gave up after a reboot in their component, or their "
+        "node died.",
+        f"{_RECORDS}, VariablePlacement",
     ),
     (
         "trmp_messages_by_phase_per_sensor",
         "1",
         "lower",
         "Graph messages over the number of nodes that host variables, by phase: `trees` grows them, `inference` is "
-        "max-product on the trees, `agreement` votes and verdicts.",
+        "max-product on the trees, `agreement` votes and verdicts. Those of a node that died or crashed are missing.",
         f"{_RECORDS}, VariablePlacement",
     ),
 )
