@@ -7,6 +7,7 @@ import pytest
 from idsq_rig import RADIO, SAMPLE_NS, Run, S, world
 
 from netsim.algorithms.idsq_all import decode_query, encode_query
+from netsim.algorithms.idsq_payload import BeliefCoder
 from netsim.kernels.fusion import fused
 from netsim.kernels.grid_belief import uniform
 from netsim.kernels.handoff_cost import HandoffCost
@@ -22,6 +23,7 @@ def test_all_is_the_product_of_all_neighbours_likelihoods_to_the_bit(tmp_path):
     run = Run(world(tmp_path, "selection: all, payload: float64", duration_s=6))
     beliefs = [event for _, event in run.of(Belief)][1:]
     filtering, belief = Filter(7.5, 2e-5), uniform(run.problem.grid)
+    coder = BeliefCoder(run.problem.grid, "float64")
     assert len(beliefs) == 11
     for event in beliefs:
         knowledge = run.problem.knowledge(event.node)
@@ -33,6 +35,7 @@ def test_all_is_the_product_of_all_neighbours_likelihoods_to_the_bit(tmp_path):
         belief = fused(filtering.predicted(belief, 1), sensors, readings, filtering.least_probability)
         np.testing.assert_array_equal(event.cell, belief.cells)
         np.testing.assert_array_equal(event.probability, belief.probability)
+        belief = coder.decode(coder.encode(belief).data)  # the next leader scales it anew
 
 
 def _is_query(time_ns, query, belief):
