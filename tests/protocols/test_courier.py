@@ -22,7 +22,7 @@ class Chat:
             for word in (b"a", b"b", b"c"):
                 courier.send(other, word)
         while (arrived := (yield from courier.receive(200 * S - node.now_ns))) is not None:
-            node.record(AlgorithmRecord(node.id, arrived[1].decode(), str(node.now_ns // S)))
+            node.record(AlgorithmRecord(node.id, arrived.payload.decode(), str(node.now_ns // S)))
 
 
 def words(stall_s, lost):
