@@ -33,6 +33,7 @@ MAY_IMPORT = {
     "sim": {"api", "models", "rng", "trace.events", "trace.recorder"},
     "flow": {"trace"},
     "metrics": {"trace", "kernels", "flow.rounds"},
+    "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
     "calibrate": {"kernels", "models"},
     "replay": {"trace", "flow.rounds", "flow.layout"},
     "study": {"scenario", "metrics", "reading", "trace"},
@@ -57,7 +58,7 @@ NOBODY_BUT = {"reading": {"models", "scenario", "cli", "study"}, "testing": set(
 """Rooms that only these may import, whatever the table above says."""
 
 ONLY_IN = {"simpy": {"sim", "testing"}, "rerun": {"replay"}, "mcap": {"trace"}, "typer": {"cli"}, "rich": {"cli"}}
-ONLY_IN["matplotlib"] = {"calibrate", "flow", "study"}
+ONLY_IN["matplotlib"] = {"calibrate", "flow", "snapshots", "study"}
 """Libraries that have one room."""
 
 FORBIDDEN_IN = {"kernels": {"simpy", "pathlib", "os", "time", "random", "asyncio", "threading"}}

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import in_process
 import pytest
 
 import netsim
@@ -89,8 +90,6 @@ def test_nothing_is_left_open_and_every_link_leads_somewhere() -> None:
 
 def test_commands_exist() -> None:
     commands = set(re.findall(r"^netsim ([a-z]+)", "\n".join(blocks("sh")), re.MULTILINE))
-    help_text = subprocess.run(
-        [sys.executable, "-m", "netsim", "--help"], capture_output=True, text=True, check=True
-    ).stdout
+    help_text = in_process.netsim("--help").stdout
     assert commands
     assert all(f" {command} " in help_text for command in commands)

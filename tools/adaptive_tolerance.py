@@ -240,6 +240,7 @@ def main() -> None:
         "--choose-seed", type=int, default=101, help="of the problems the hindsight tolerance is chosen on"
     )
     parser.add_argument("--score-seed", type=int, default=202, help="of the problems that are scored")
+    parser.add_argument("--targets", type=int, nargs="+", default=TARGETS, help="densities")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--out", type=Path, default=Path("adaptive"), help="stem of the .csv and .png written")
     options = parser.parse_args()

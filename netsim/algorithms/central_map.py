@@ -86,7 +86,7 @@ class CentralMap:
         gathered_ns = elected_ns + s_to_ns(parameters.gather_s)
         end_ns = gathered_ns + s_to_ns(parameters.answer_s)
         if knowledge is not None:
-            centre = parameters.centre
+            centre: int | None = parameters.centre
             if centre is None:
                 sharing = {sensor for covered in knowledge.targets for sensor in covered.sensors}
                 centre = yield from elect(node, len(sharing), elected_ns)
@@ -111,14 +111,18 @@ class CentralMap:
         node: NodeHandle,
         knowledge: AssociationKnowledge,
         own_m: FloatArray,
-        centre: int,
+        centre: int | None,
         gathered_ns: int,
         end_ns: int,
     ) -> Op[list[int] | None]:
-        """Report, and wait for the decision; None if none comes that fits."""
+        """Report, and wait for the decision; None if none comes that fits.
+
+        A node that was down during the election knows no centre, but the centre may have its report from before.
+        """
         parameters = self._parameters
-        report = encode_report(knowledge, own_m, parameters.priors, parameters.payload)
-        yield from exchange(node, REPORT, report, [centre], gathered_ns, parameters.attempts)
+        if centre is not None:
+            report = encode_report(knowledge, own_m, parameters.priors, parameters.payload)
+            yield from exchange(node, REPORT, report, [centre], gathered_ns, parameters.attempts)
         message = yield from node.receive(kinds={DECISION}, timeout_ns=max(end_ns - node.now_ns, 0))
         decision = None if message is None else decode_decision(message.payload)
         return decision.tolist() if decision is not None and len(decision) == len(own_m) else None

@@ -15,7 +15,7 @@ from netsim.kernels.graph_model import GraphKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.target_distribution import DistributionKnowledge
 from netsim.kernels.vertex import Vertex
-from netsim.protocols.exchange import Manner, exchange
+from netsim.protocols.exchange import Manner, ask_again, exchange
 
 OBSERVATIONS = "observations"
 
@@ -51,9 +51,9 @@ class Hosting:
 
 
 def prepare(
-    node: NodeHandle, width: Precision, deadline_ns: int, attempts: int, manner: Manner = "unicast"
+    node: NodeHandle, width: Precision, deadline_ns: int, attempts: int, manner: Manner = "unicast", late_ns: int = 0
 ) -> Op[Hosting]:
-    """Build the vertices this node hosts; returns at the deadline on every node.
+    """Build the vertices this node hosts; returns at the deadline on every node that is up by then.
 
     In data association a sensor's compatibility functions contain its partners' measurements (Chen et al. 2006, eqs 9
     and 14), so these are exchanged first. Where a partner was not heard, the node goes on as if it had measured nothing.
@@ -65,13 +65,21 @@ def prepare(
         deadline_ns: When the exchange ends, by the node's clock.
         attempts: How often an unacknowledged measurement is sent.
         manner: How measurements are exchanged (see `netsim.protocols.exchange`).
+        late_ns: How long a node that was down at the deadline asks its partners for their measurements, which they must
+            serve (see `netsim.algorithms.rehosting`); 0 for not at all, as if they had measured nothing.
 
     Raises:
         AlgorithmError: If the scenario's problem is not one for message passing.
     """
     knowledge = node.knowledge
     if isinstance(knowledge, AssociationKnowledge):
-        own, others = yield from _measure(node, knowledge, float_width(width), deadline_ns, attempts, manner)
+        payload = yield from _sensed(node, float_width(width))
+        partners = sorted(knowledge.sensor_nodes[sensor] for sensor in knowledge.partners)
+        if node.now_ns >= deadline_ns and late_ns:
+            heard = yield from ask_again(node, OBSERVATIONS, partners, node.now_ns + late_ns, attempts)
+        else:
+            heard = yield from exchange(node, OBSERVATIONS, payload, partners, deadline_ns, attempts, manner)
+        own, others = _measured(knowledge, payload, heard, float_width(width))
         vertices = tuple(model_vertices(knowledge, own, others))
         return Hosting(vertices, dict(knowledge.hosts), Measurements(knowledge, own, others))
     if isinstance(knowledge, DistributionKnowledge):
@@ -97,25 +105,23 @@ def _read(node: NodeHandle) -> Op[float | None]:
     return float(observation.values[0]) if observation.values.size else None
 
 
-def _measure(
-    node: NodeHandle,
-    knowledge: AssociationKnowledge,
-    width: FloatWidth,
-    deadline_ns: int,
-    attempts: int,
-    manner: Manner,
-) -> Op[tuple[FloatArray, Mapping[int, FloatArray]]]:
-    """Sense, tell the partners, hear theirs. What is used here is what is sent: both ends must compute with the same.
+def _sensed(node: NodeHandle, width: FloatWidth) -> Op[bytes]:
+    """The sensor's measurements as they are told.
 
     A node whose energy allowance refuses the reading goes on as if it had measured nothing.
     """
     try:
         observation = yield from node.sense()
-        payload = encode_floats(observation.values.ravel(), width)
     except NoEnergyError:
-        payload = b""
+        return b""
+    return encode_floats(observation.values.ravel(), width)
+
+
+def _measured(
+    knowledge: AssociationKnowledge, payload: bytes, heard: Mapping[int, bytes], width: FloatWidth
+) -> tuple[FloatArray, Mapping[int, FloatArray]]:
+    """Own measurements and those heard. What is used here is what is sent: both ends must compute with the same."""
     nodes = {knowledge.sensor_nodes[sensor]: sensor for sensor in knowledge.partners}
-    heard = yield from exchange(node, OBSERVATIONS, payload, sorted(nodes), deadline_ns, attempts, manner)
     numbers = knowledge.model.numbers
     others = {sensor: np.empty((0, numbers)) for sensor in knowledge.partners}
     others.update({nodes[source]: _points(data, width, numbers) for source, data in heard.items()})

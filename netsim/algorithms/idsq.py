@@ -2,41 +2,44 @@
 
 A leader predicts, senses, updates, chooses the next leader and hands the belief over, all within one reading interval; all
 others wait. Step numbers count reading intervals from time 0 of the nodes' clocks.
+
+`idsq_lead` has steps 1 to 3 and `idsq_handoff` steps 4 and 5; this module is step 0. What the paper leaves as future work
+(section 6) is apart: `idsq_guard` replaces leaders that fall silent, `idsq_watch` begins tracks, `idsq_sleep` lets radios
+sleep.
 """
 
-from dataclasses import dataclass
+import math
+import struct
 
+from netsim.algorithms.idsq_all import QUERY, Neighbourhood
+from netsim.algorithms.idsq_guard import Guards
+from netsim.algorithms.idsq_lead import Leaders
+from netsim.algorithms.idsq_messages import (
+    ALIVE,
+    DETECT,
+    HANDOFF,
+    LEAD,
+    NOBODY,
+    TAKEN,
+    TOLD,
+    Claim,
+    Held,
+    Thread,
+    Turn,
+    decode_claim,
+    decode_handoff,
+    encode_taken,
+    turn_of,
+)
 from netsim.algorithms.idsq_parameters import IdsqParameters
-from netsim.algorithms.idsq_payload import BeliefCoder, Laid
+from netsim.algorithms.idsq_station import Station
+from netsim.algorithms.idsq_watch import Watch
 from netsim.api import Message, NodeHandle, Op
-from netsim.codec import Record
 from netsim.errors import AlgorithmError
-from netsim.kernels.acoustics import SensorSpec
-from netsim.kernels.grid_belief import GridBelief, condition, diffuse, pruned, uniform
-from netsim.kernels.selection import best, utilities
+from netsim.kernels.grid_belief import uniform
 from netsim.kernels.tracking_model import TrackingKnowledge
-from netsim.trace.events import Belief, Estimate, Handoff, Role
-from netsim.units import s_to_ns
 
-HANDOFF = "handoff"
-_HEADER = Record("HH")  # track, step
-
-
-@dataclass(frozen=True, slots=True)
-class Held:
-    """What a leader holds.
-
-    Attributes:
-        track: Number of the track.
-        step: Step of the belief.
-        belief: After that step's reading.
-        previous: The leader before; None for the first.
-    """
-
-    track: int
-    step: int
-    belief: GridBelief
-    previous: int | None
+HEARD = frozenset({HANDOFF, LEAD, ALIVE, DETECT, QUERY})
 
 
 class Idsq:
@@ -48,16 +51,11 @@ class Idsq:
     def run(self, node: NodeHandle) -> Op[None]:
         """See `netsim.api.Algorithm.run`."""
         knowledge = tracking_knowledge(node)
-        if knowledge.sensor is None:
-            return
-        tracker = _Tracker(node, knowledge, knowledge.sensor, self._parameters)
-        if knowledge.leads_first:
-            yield from tracker.begin()
-        while True:
-            held = yield from tracker.sleep()
-            if held is None:
-                return
-            yield from tracker.lead(held)
+        if knowledge.is_watchdog and not self._parameters.robust:
+            message = "watchdogs need a tracker with `robust: true`: they are quiet where leaders claim their tracks"
+            raise AlgorithmError(message)
+        if knowledge.sensor is not None:
+            yield from Tracker(Station(node, knowledge, knowledge.sensor, self._parameters)).run()
 
 
 def tracking_knowledge(node: NodeHandle) -> TrackingKnowledge:
@@ -72,98 +70,89 @@ def tracking_knowledge(node: NodeHandle) -> TrackingKnowledge:
     raise AlgorithmError(message)
 
 
-class _Tracker:
-    """One node's part."""
+class Tracker:
+    """One node's part.
 
-    def __init__(
-        self, node: NodeHandle, knowledge: TrackingKnowledge, sensor: SensorSpec, parameters: IdsqParameters
-    ) -> None:
-        self._node = node
-        self._knowledge = knowledge
-        self._sensor = sensor
-        self._parameters = parameters
-        self._coder = BeliefCoder(knowledge.grid, parameters.payload)
-        self._step_ns = s_to_ns(knowledge.reading_s)
-        self._end_ns = None if parameters.until_s is None else s_to_ns(parameters.until_s)
+    Args:
+        station: The node.
+    """
 
-    def begin(self) -> Op[None]:
-        """Lead the first track: from a uniform belief, without a reading of step 0."""
-        held = Held(0, 0, uniform(self._knowledge.grid), None)
-        self._tell(held)
-        yield from self.lead(held)
+    def __init__(self, station: Station) -> None:
+        self._station = station
+        self._guards = Guards(station)
+        self._leaders = Leaders(station, self._stand_guard)
+        self._watch = Watch(station, self._leaders)
+        self._neighbourhood = Neighbourhood(station)
 
-    def sleep(self) -> Op[Held | None]:
-        """Step 0 of Table 1: wait for a belief; None at the end."""
-        node = self._node
-        left_ns = None if self._end_ns is None else max(0, self._end_ns - node.now_ns)
-        message = yield from node.receive(kinds={HANDOFF}, timeout_ns=left_ns)
-        return None if message is None else self._taken(message)
-
-    def lead(self, held: Held) -> Op[None]:
-        """Steps 1 to 5 of Table 1, until somebody else leads."""
-        node = self._node
-        node.record(Role(node.id, "leader", 1))
+    def run(self) -> Op[None]:
+        """Step 0 of Table 1: wait for a belief, and heed what others say meanwhile."""
+        station, node = self._station, self._station.node
+        node.spawn(station.waking.windows())
+        if station.knowledge.leads_first and station.step == 0:  # not after a crash
+            held = Held(Thread(TOLD), Turn(0, 0), uniform(station.knowledge.grid))
+            self._leaders.begin(held, hand_on_first=station.parameters.first_step == "hands_over")
+        if station.knowledge.is_watchdog:
+            node.spawn(self._watch.watch())
         while True:
-            yield from node.pause_until((held.step + 1) * self._step_ns)
-            if self._end_ns is not None and node.now_ns >= self._end_ns:
-                break
-            held = yield from self._updated(held)
-            self._tell(held)
-            if (yield from self._handed_over(held)):
-                break
-        node.record(Role(node.id, "leader", 0))
+            message = yield from node.receive(kinds=HEARD, timeout_ns=station.left_ns)
+            if message is None:
+                return
+            try:
+                self._heed(message)
+            except (ValueError, struct.error) as error:
+                node.log(f"a {message.kind} from node {message.source} makes no sense: {error}")
 
-    def _updated(self, held: Held) -> Op[Held]:
-        """Steps 1 to 3: predict, sense, update."""
-        step = self._node.now_ns // self._step_ns
-        predicted = self._predicted(held.belief, step - held.step)
-        observation = yield from self._node.sense()
-        logs = self._sensor.log_likelihood(float(observation.values[0]), predicted.centres_m)
-        after, _ = condition(predicted, logs)
-        return Held(held.track, step, pruned(after, self._parameters.least_probability), held.previous)
+    def _heed(self, message: Message) -> None:
+        if message.kind == HANDOFF:
+            self._on_handoff(message)
+        elif message.kind == LEAD:
+            self._on_claim(message)
+        elif message.kind == ALIVE:
+            self._guards.answer(self._leaders, message, turn_of(message.payload)[0])
+        elif message.kind == QUERY:
+            self._station.node.spawn(self._neighbourhood.answer(message))
+        else:
+            self._on_alarm(message)
 
-    def _predicted(self, belief: GridBelief, steps: int) -> GridBelief:
-        for _ in range(steps):
-            belief = diffuse(belief, self._knowledge.max_speed_m_per_s * self._knowledge.reading_s)
-        return belief
+    def _on_handoff(self, message: Message) -> None:
+        """Lead from now on, unless somebody else does by better right."""
+        station = self._station
+        held = decode_handoff(message.payload, message.source, station.coder.decode)
+        known, led = station.book.latest(held.thread), self._leaders.held(held.thread)
+        is_again = led is not None and (led.turn, led.previous) == (held.turn, held.previous)
+        if station.parameters.robust and not is_again and known is not None and _forbids(known, held.turn):
+            station.tell(known, message.source)
+            return
+        if station.parameters.robust:
+            station.node.send(message.source, TAKEN, encode_taken(held, station.own_energy_share))
+        if not is_again:
+            self._leaders.take(held)
 
-    def _handed_over(self, held: Held) -> Op[bool]:
-        """Steps 4 and 5; False where nobody took it."""
-        node, parameters = self._node, self._parameters
-        without = [] if held.previous is None or not parameters.excludes_previous else [held.previous]
-        laid = self._coder.encode(held.belief)
-        payload = _HEADER.pack(held.track, held.step) + laid.data
-        predicted = self._predicted(held.belief, 1)
-        while candidates := self._knowledge.neighbours(self._sensor.position_m, without):
-            specs = {other: self._knowledge.others[other] for other in candidates}
-            worth = utilities(
-                parameters.selection, predicted, specs, node.rng("selection"), exact=parameters.exact_information
-            )
-            chosen = best(worth)
-            self._tell_choice(held, chosen, worth, laid, len(payload))
-            for _ in range(parameters.handoff_tries):
-                delivery = yield from node.send(chosen, HANDOFF, payload).wait()
-                if delivery.acknowledged:
-                    return True
-            without.append(chosen)
-        return False
+    def _on_claim(self, message: Message) -> None:
+        claim = decode_claim(message.payload, self._station.knowledge.grid.origin_m)
+        self._station.book.note(claim, message.source, self._station.node.now_ns)
+        self._leaders.heed(claim)
+        self._guards.heed(claim)
+        if message.source in self._station.knowledge.others or self._is_near(claim):
+            self._station.waking.stay()
 
-    def _taken(self, message: Message) -> Held:
-        track, step = _HEADER.unpack(message.payload)
-        belief = self._coder.decode(message.payload[_HEADER.size_byte :])
-        return Held(track, step, belief, message.source)
+    def _is_near(self, claim: Claim) -> bool:
+        sleep, here_m = self._station.parameters.sleep, self._station.sensor.position_m
+        return sleep is not None and math.dist(claim.place_m, here_m) <= sleep.near_m
 
-    def _tell(self, held: Held) -> None:
-        """Put estimate and belief into the trace."""
-        node, belief, grid = self._node, held.belief, held.belief.grid
-        (xx, xy), (_, yy) = belief.covariance_m2.tolist()
-        x_m, y_m = belief.mean_m.tolist()
-        node.record(Estimate(node.id, held.track, x_m, y_m, [xx, xy, yy]))
-        cells, chances = belief.cells.tolist(), belief.probability.tolist()
-        where = (*grid.origin_m, grid.cell_m, grid.columns)
-        node.record(Belief(node.id, held.track, held.step, *where, cells, chances))
+    def _on_alarm(self, message: Message) -> None:
+        """Look whether there is anything to hear; a leader tells who raised the alarm of its track, in case that is all."""
+        self._station.waking.stay()
+        self._watch.hear(message)
+        for claim in self._leaders.claims():
+            self._station.tell(claim, message.source)
 
-    def _tell_choice(self, held: Held, chosen: int, worth: dict[int, float], laid: Laid, payload_byte: int) -> None:
-        node = self._node
-        choice = list(worth), list(worth.values()), laid.form, payload_byte, laid.divergence_bit
-        node.record(Handoff(node.id, held.track, held.step, chosen, *choice))
+    def _stand_guard(self, held: Held, successor: int) -> None:
+        if self._station.parameters.robust:
+            self._guards.begin(self._leaders, held, successor)
+
+
+def _forbids(known: Claim, turn: Turn) -> bool:
+    """Whether a thread has come further than a turn, or ended."""
+    reached, offered = (known.turn.epoch, known.turn.step), (turn.epoch, turn.step)
+    return reached > offered or (reached == offered and known.leader == NOBODY)

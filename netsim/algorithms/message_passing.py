@@ -57,7 +57,8 @@ class MessagePassing:
         parameters = self._parameters
         start_ns = s_to_ns(parameters.setup_s)
         setup = parameters.setup_attempts, parameters.setup_exchange
-        hosting = yield from prepare(node, parameters.payload, start_ns, *setup)
+        late_ns = s_to_ns(parameters.round_s) if parameters.rehost else 0
+        hosting = yield from prepare(node, parameters.payload, start_ns, *setup, late_ns=late_ns)
         hosted = Hosted.of(hosting, rule_of(parameters))
         life = _Life(node, hosted, parameters, self._semiring)
         if parameters.schedule == "synchronous":

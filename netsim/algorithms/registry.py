@@ -7,6 +7,8 @@ from dataclasses import dataclass, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from netsim.algorithms.central_bayes import CentralBayes
+from netsim.algorithms.central_bayes_parameters import CentralBayesParameters
 from netsim.algorithms.central_map import CentralMap, CentralMapParameters
 from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsParameters
 from netsim.algorithms.idsq import Idsq
@@ -127,6 +129,15 @@ SHIPPED: Mapping[str, Entry] = {
             "information-driven tracking: the belief is handed from leader to leader over the air",
             f"{LIU_2002}, Table 1",
             ("tracking",),
+        ),
+        Entry(
+            "central-bayes",
+            CentralBayesParameters,
+            CentralBayes,
+            "every reading to a sink, which tracks with all of them",
+            f"{LIU_2002}, section 2.2, eq 4",
+            ("tracking",),
+            needs_sink=True,
         ),
         Entry(
             "neighbour-traffic",

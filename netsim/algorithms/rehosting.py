@@ -11,6 +11,10 @@ epoch. Every node keeps the best claim it has heard, and answers a worse one, or
 with it; so all come to hold the same, and a host that was alive after all (a bad link, a reboot) steps down for
 the one that took over. The new host tells its claim in every round to those covering sensors that have not confirmed
 it; each hands it the last message that it sent on the edge. The new host computes from the next round on.
+
+A node that was down comes back without memory. It asks its partners for their measurements, which every node tells again
+for that purpose. Where it hears that it is itself the host, by a takeover that it has forgotten, it takes the
+vertex over anew, with a claim of the next epoch: so it is handed the last messages again.
 """
 
 import json
@@ -19,13 +23,14 @@ from dataclasses import dataclass, replace
 
 from netsim.algorithms.entries import EdgeMessage, decode_entries, encode_entries
 from netsim.algorithms.hosted import Hosted
-from netsim.algorithms.hosting import Measurements
+from netsim.algorithms.hosting import OBSERVATIONS, Measurements
 from netsim.algorithms.message_passing_parameters import MessagePassingParameters, rule_of
 from netsim.api import Message, NodeHandle, Op
-from netsim.codec import Record
+from netsim.codec import Record, encode_floats, float_width
 from netsim.kernels.association_vertices import target_vertex
 from netsim.kernels.communication import VertexSender
 from netsim.kernels.semiring import FloatArray
+from netsim.protocols.exchange import REQUEST
 from netsim.trace.events import AlgorithmRecord
 from netsim.units import s_to_ns
 
@@ -34,7 +39,10 @@ SUSPECT = "host-suspect"
 PROBE = "host-probe"
 ALIVE = "host-alive"
 HANDED = "host-belief"
-KINDS = frozenset({HOST, SUSPECT, PROBE, ALIVE, HANDED})
+AGAIN = OBSERVATIONS + REQUEST
+KINDS = frozenset({HOST, SUSPECT, PROBE, ALIVE, HANDED, AGAIN})
+DENIAL = 4
+"""Who is told that a host is alive that it does not hear believes so for this many times `suspect_after` rounds."""
 _CLAIM = Record("HHH")  # target, epoch, rank
 
 
@@ -92,7 +100,7 @@ class Rehosting:
         self._claims = {target: Claim(target, 0, 0) for target in self._candidates}
         self._failures: Counter[int] = Counter()
         self._unconfirmed: dict[int, set[int]] = {}
-        self._denied: set[Claim] = set()
+        self._denied: dict[Claim, int] = {}  # the round until which a host is taken for alive on another's word
         self._probed: set[int] = set()
         self._round = 0
 
@@ -125,7 +133,7 @@ class Rehosting:
             host = self._host(claim)
             if host == self._node.id:
                 self._announce(target, suspects)
-            elif host in suspects and claim not in self._denied:
+            elif host in suspects and self._denied.get(claim, -1) < number:
                 following = successor(self._candidates[target], claim.rank, suspects)
                 if following == self._node.id:
                     self._take_over(claim)
@@ -138,12 +146,13 @@ class Rehosting:
         vertex = self._vertex[target]
         self._claims[target] = claim
         measured, hosted = self._measured, self._hosted
+        own = measured.knowledge.sensor
+        last = self._last_message(own, vertex)
         table = target_vertex(measured.knowledge, target, measured.own_m, measured.others_m)
         rule = replace(rule_of(self._parameters), first_round="both")  # its receivers hold the dead host's messages
         hosted.gain(VertexSender(table, rule), here)
-        own = measured.knowledge.sensor
-        if (own, vertex) in hosted.sent:
-            hosted.accept((self._round, own, vertex, hosted.sent[own, vertex][1]))
+        if last is not None:
+            hosted.accept((self._round, own, vertex, last))
         self._unconfirmed[target] = set(self._candidates[target]) - {here}
         self._note("rehosted", claim, self._host(old))
         self._announce(target, set())
@@ -165,6 +174,9 @@ class Rehosting:
             if message is None:
                 continue
             self.heard(message.source)
+            if message.kind == AGAIN:
+                self._tell_again(message)
+                continue
             if message.kind == HANDED:
                 for entry in decode_entries(message.payload, self._parameters.payload):
                     self._hosted.accept(entry)
@@ -173,13 +185,20 @@ class Rehosting:
             if claim.target in self._claims and claim.rank < len(self._candidates[claim.target]):
                 self._answer(message, claim)
 
+    def _tell_again(self, message: Message) -> None:
+        """Measurements for one that was down; as at the start."""
+        width = float_width(self._parameters.payload)
+        payload = encode_floats(self._measured.own_m.ravel(), width)
+        self._node.send(message.source, OBSERVATIONS, payload, causes=[message])
+
     def _answer(self, message: Message, claim: Claim) -> None:
         mine = self._claims[claim.target]
         if message.kind == PROBE:
             self._node.send(message.source, ALIVE, claim.encoded(), causes=[message])
         elif message.kind == ALIVE:
             if message.source != self._host(claim):
-                self._denied.add(claim)  # the next candidate hears the host that this node does not
+                # the next candidate hears the host that this node does not
+                self._denied[claim] = self._round + DENIAL * self._parameters.suspect_after
         elif mine.beats(claim):
             self._node.send(message.source, HOST, mine.encoded(), causes=[message])
         elif message.kind == SUSPECT:
@@ -198,6 +217,9 @@ class Rehosting:
 
     def _accept(self, message: Message, claim: Claim) -> None:
         """A better claim: from now on its host is the one; it is given this node's last message."""
+        if self._host(claim) == self._node.id:
+            self._take_over(claim)  # this node has forgotten its claim
+            return
         hosted, own, vertex = self._hosted, self._measured.knowledge.sensor, self._vertex[claim.target]
         last = self._last_message(own, vertex)
         if vertex in hosted.senders:

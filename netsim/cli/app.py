@@ -8,6 +8,7 @@ import typer
 from netsim import __version__
 from netsim.cli.app_flow import flow
 from netsim.cli.app_study import compare, report, study
+from netsim.cli.app_track import track
 from netsim.cli.options import Debug, NoPlugins, Scenario, Set, Trace
 from netsim.cli.sections import Section
 
@@ -174,6 +175,9 @@ def inspect(
 
 
 app.command()(flow)
+
+
+app.command()(track)
 
 
 app.command()(compare)

@@ -6,6 +6,8 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
+from netsim.cli.summary_numbers import counted_parts, counts, number, percent, seconds
+from netsim.cli.summary_tracking import tracking_rows
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.run import Result
 
@@ -19,7 +21,7 @@ NO_CONTROL = ("ack", "strobe")
 def summary_table(result: Result, loaded: LoadedScenario) -> Table:
     """What a run gave, in the order in which one asks."""
     title = f"{loaded.scenario.name} (seed {loaded.scenario.seed})" + (", interrupted" if result.interrupted else "")
-    ended = [*_time(result.metrics, result.interrupted), ("wall time", _seconds(result.wall_s))]
+    ended = [*_time(result.metrics, result.interrupted), ("wall time", seconds(result.wall_s))]
     return _table(title, [*_sections(result.metrics), ended])
 
 
@@ -47,85 +49,65 @@ def _table(title: str, sections: Iterable[Iterable[Row]]) -> Table:
 
 def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "association_error" in figures:
-        yield f"association error, of {figures['measurements']} measurements", _percent(figures["association_error"])
+        yield f"association error, of {figures['measurements']} measurements", percent(figures["association_error"])
         if figures["association_error_exact_map"] is None:
             yield "  of the exact MAP", "not computed: too large, or none exists"
         else:
-            yield "  of the exact MAP", _percent(figures["association_error_exact_map"])
-            yield "  decided otherwise than the exact MAP", _percent(figures["association_differs_from_exact_map"])
-        yield "  deciding alone", _percent(figures["association_error_independent"])
+            yield "  of the exact MAP", percent(figures["association_error_exact_map"])
+            yield "  decided otherwise than the exact MAP", percent(figures["association_differs_from_exact_map"])
+        yield "  deciding alone", percent(figures["association_error_independent"])
     if "count_error" in figures:
-        yield f"error of target counts, {figures['subregions']} subregions", _percent(figures["count_error"])
-        yield "  subregions with a wrong count", _percent(figures["count_error_wrong"])
-        yield "  error of the prior alone", _percent(figures["count_error_prior"])
+        yield f"error of target counts, {figures['subregions']} subregions", percent(figures["count_error"])
+        yield "  subregions with a wrong count", percent(figures["count_error_wrong"])
+        yield "  error of the prior alone", percent(figures["count_error_prior"])
     if "marginals" in figures:
-        yield "largest error of a marginal", _number(figures["marginal_error_linf"])
-        yield "mean divergence from the exact marginals (nat)", _number(figures["marginal_error_kl_nat"])
-    yield from _tracking(figures)
+        yield "largest error of a marginal", number(figures["marginal_error_linf"])
+        yield "mean divergence from the exact marginals (nat)", number(figures["marginal_error_kl_nat"])
+    yield from tracking_rows(figures)
     if "rounds" in figures:
         quiet = figures["converged_round"]
         settled = f"settled in round {quiet}" if quiet is not None else "not settled"
         yield "rounds", f"{figures['rounds']} ({settled})"
         if figures["rounds_begun_late"]:
-            late = f"{figures['rounds_begun_late']}, by up to {_seconds(figures['round_lateness_max_s'])}"
+            late = f"{figures['rounds_begun_late']}, by up to {seconds(figures['round_lateness_max_s'])}"
             yield "  begun late (slow CPU, energy allowance or reboot)", late
     elif "last_news_s" in figures:
-        yield "last new message", _seconds(figures["last_news_s"])
-
-
-def _tracking(figures: Mapping[str, Any]) -> Iterator[Row]:
-    if "estimates" not in figures:
-        return
-    yield f"position error, mean of {figures['estimates']} estimates", _metres(figures["position_error_mean_m"])
-    if figures["estimates_unassigned"]:
-        yield "  of tracks that follow no target, left out", f"{figures['estimates_unassigned']}"
-    yield "OSPA distance of tracks and targets, mean", _metres(figures["ospa_mean_m"])
-    yield (
-        "  targets missed, false tracks (means)",
-        " and ".join(_number(figures[name]) for name in ("targets_missed_mean", "tracks_false_mean")),
-    )
-    if figures["track_switches"] or figures["track_losses"]:
-        yield "  switches of tracks, losses", f"{figures['track_switches']} and {figures['track_losses']}"
-    if figures["nees_estimates"]:
-        interval = f"{figures['nees_mean_low']:.4g} to {figures['nees_mean_high']:.4g}"
-        yield f"NEES, mean (consistent: {interval})", _number(figures["nees_mean"])
-    if "identity_accuracy" in figures:
-        yield f"identities right, of {figures['identities']} beliefs", _percent(figures["identity_accuracy"])
+        yield "last new message", seconds(figures["last_news_s"])
 
 
 def _proved(figures: Mapping[str, Any]) -> Iterator[Row]:
     """Whether tree-reweighted max-product proved its answer."""
     if "map_proved" in figures:
         share = figures["map_proved_share"]
-        part = "" if figures["map_proved"] or share is None else f" ({_percent(share)} of the vertices are)"
+        part = "" if figures["map_proved"] or share is None else f" ({percent(share)} of the vertices are)"
         yield "most probable answer", "proved MAP" if figures["map_proved"] else f"not proved{part}"
 
 
 def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "graph_messages_per_sensor" in figures:
-        yield "graph messages per sensor", _number(figures["graph_messages_per_sensor"])
+        yield "graph messages per sensor", number(figures["graph_messages_per_sensor"])
     if "graph_messages_until_convergence_per_sensor" in figures:
-        yield "  until settled", _number(figures["graph_messages_until_convergence_per_sensor"])
+        yield "  until settled", number(figures["graph_messages_until_convergence_per_sensor"])
     yield from _proved(figures)
-    yield "radio messages", _counted(figures["radio_messages"], figures["radio_messages_by_kind"])
-    yield "  unicasts delivered", _percent(figures["delivery_ratio_unicast"])
+    yield "radio messages", counted_parts(figures["radio_messages"], figures["radio_messages_by_kind"])
+    yield "  unicasts delivered", percent(figures["delivery_ratio_unicast"])
     if figures["drops_by_reason"]:
-        yield "  packets given up", _counts(figures["drops_by_reason"])
+        yield "  packets given up", counts(figures["drops_by_reason"])
     kinds = {"data": figures["frames_data"], "retry": figures["frames_retry"], "ack": figures["frames_ack"]}
     if figures.get("frames_strobe"):
         kinds["wake-up"] = figures["frames_strobe"]
-    yield "frames", _counted(figures["frames"], kinds)
+    yield "frames", counted_parts(figures["frames"], kinds)
     known = {*figures["radio_messages_by_kind"], *NO_CONTROL}
     if any(kind not in known for kind in figures.get("frames_by_kind", {})):
         most_first = sorted(figures["frames_by_kind"].items(), key=lambda item: -item[1])
-        yield "  by kind", _counts(dict(most_first[:SHOWN_KINDS])) + (", ..." if len(most_first) > SHOWN_KINDS else "")
+        yield "  by kind", counts(dict(most_first[:SHOWN_KINDS])) + (", ..." if len(most_first) > SHOWN_KINDS else "")
     if figures.get("frames_unicast_data"):
-        yield "  unicast data frames received", _percent(figures["frame_reception_ratio_unicast"])
+        yield "  unicast data frames received", percent(figures["frame_reception_ratio_unicast"])
     if figures.get("frames_lost_by_reason"):
         most_first = sorted(figures["frames_lost_by_reason"].items(), key=lambda item: -item[1])
-        yield "  lost, at the addressee", _counts(dict(most_first))
+        yield "  lost, at the addressee", counts(dict(most_first))
     yield "bytes in frames (PSDU)", f"{figures['frame_byte']:,}"
-    yield "airtime", _seconds(figures["airtime_s"])
+    yield "airtime", seconds(figures["airtime_s"])
 
 
 def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
@@ -147,7 +129,7 @@ def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
 def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
     """What befell the nodes; nothing of a quiet run."""
     if figures["deaths"]:
-        yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {_seconds(figures['first_death_s'])})"
+        yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {seconds(figures['first_death_s'])})"
     if figures.get("crashes"):
         yield "crashes", f"{figures['crashes']} ({figures['reboots']} came back)"
     if figures.get("energy_allowance_short"):
@@ -158,12 +140,12 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
             f"{times} time{'' if times == 1 else 's'}, on {nodes} of {figures['nodes']} nodes",
         )
     if figures.get("energy_refused"):
-        yield "  refused for want of it", _counts(figures["energy_refused"])
+        yield "  refused for want of it", counts(figures["energy_refused"])
     if "clock_error_max_s" in figures:
-        largest, usual = _seconds(figures["clock_error_max_s"]), _seconds(figures["clock_error_rms_s"])
+        largest, usual = seconds(figures["clock_error_max_s"]), seconds(figures["clock_error_rms_s"])
         yield "clock error, largest", f"{largest} (root mean square {usual})"
         if "clock_spread_last_s" in figures:
-            yield "  spread among the nodes at the last sample", _seconds(figures["clock_spread_last_s"])
+            yield "  spread among the nodes at the last sample", seconds(figures["clock_spread_last_s"])
 
 
 def _time(figures: Mapping[str, Any], interrupted: bool) -> Iterator[Row]:
@@ -174,28 +156,4 @@ def _time(figures: Mapping[str, Any], interrupted: bool) -> Iterator[Row]:
         yield f"nodes still running {cause}", f"{unfinished} of {figures['nodes']}"
     if figures["nodes_failed"]:
         yield "nodes whose algorithm failed", f"{figures['nodes_failed']} of {figures['nodes']}"
-    yield "simulated time", _seconds(figures["simulated_s"])
-
-
-def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{100 * share:.2f} %"
-
-
-def _number(value: float | None) -> str:
-    return "beyond reach" if value is None else f"{value:.4g}"
-
-
-def _seconds(time_s: float | None) -> str:
-    return "-" if time_s is None else f"{time_s:.4g} s"
-
-
-def _metres(distance_m: float | None) -> str:
-    return "-" if distance_m is None else f"{distance_m:.4g} m"
-
-
-def _counted(total: int, parts: Mapping[str, int]) -> str:
-    return f"{total:,} ({_counts(parts)})" if total else "0"
-
-
-def _counts(counts: Mapping[str, int]) -> str:
-    return ", ".join(f"{count:,} {name}" for name, count in counts.items())
+    yield "simulated time", seconds(figures["simulated_s"])

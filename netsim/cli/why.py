@@ -8,6 +8,9 @@ from netsim.cli.console import say
 from netsim.cli.names import Label, follow, instant, labels, one_node
 from netsim.errors import ScenarioError
 from netsim.metrics.causes import Causes, Reason, Turn, reason_of
+from netsim.metrics.tracking_wording import handoff_words
+from netsim.trace.events import Handoff
+from netsim.trace.reader import read_trace
 from netsim.units import NS_PER_S, s_to_ns
 
 
@@ -29,6 +32,7 @@ def why_command(trace: Path, given: str, round_number: int | None, at_s: float |
         say(f"By {at_s:g} s the last turn of {label(node)} is {_which(reason.turn)}.")
     if reason.turn.messages:
         _tell_why(told, reason, node, label, depth, most)
+        _tell_choices(trace, reason.turn, node, label)
     else:
         _tell_silence(turns, reason, label(node))
 
@@ -70,6 +74,14 @@ def _tell_why(told: Causes, reason: Reason, node: int, label: Label, depth: int,
     say(_before(reason, name))
     since = "before it" if reason.last_spoken is None else "since"
     show_chain(f"What {name} had received {since}", told, reason.causes, node, label, depth, most)
+
+
+def _tell_choices(trace: Path, turn: Turn, node: int, label: Label) -> None:
+    """Whom a leader chose in the turn, if it chose."""
+    begun_ns = turn.begun_ns
+    for _, event in read_trace(trace, {Handoff.topic}, begun_ns, begun_ns + 1):
+        if isinstance(event, Handoff) and event.node == node:
+            say(f"{label(node)} chose {handoff_words(event, label)}.")
 
 
 def _which(turn: Turn) -> str:

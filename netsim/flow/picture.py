@@ -1,19 +1,17 @@
 """The picture of an information flow: one panel a round, and how many send, wake and fall silent below."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from netsim.errors import NetsimError
 from netsim.flow import look
+from netsim.flow.drawing import save, styled
 from netsim.flow.layout import GraphLayout, lay_out
 from netsim.flow.load import Flow
 from netsim.flow.panels import LOOKS, Canvas, draw_panel, make_canvas
@@ -42,30 +40,7 @@ def write_picture(flow: Flow, numbers: Sequence[int], columns: int, path: Path) 
         NetsimError: If the file cannot be written.
     """
     with styled():
-        save_figure(draw(flow, numbers, columns), path)
-
-
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a picture whose bytes are the same each time.
-
-    Raises:
-        NetsimError: If the file cannot be written.
-    """
-    metadata = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
-    try:
-        figure.savefig(path, metadata=metadata)
-    except OSError as error:
-        message = f"{path}: cannot write the picture: {error.strerror}"
-        raise NetsimError(message) from error
-
-
-@contextmanager
-def styled() -> Iterator[None]:
-    """Matplotlib with these settings and otherwise its own; afterwards as it was."""
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(dict[Any, Any](look.RC))
-        yield
+        save(draw(flow, numbers, columns), path)
 
 
 def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:

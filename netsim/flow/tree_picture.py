@@ -8,6 +8,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from netsim.flow import look
+from netsim.flow.drawing import save, styled
 from netsim.flow.layout import GraphLayout, lay_out
 from netsim.flow.panels import LOOKS, Canvas, draw_arrows, draw_graph, draw_vertices, make_canvas
 from netsim.flow.picture import (
@@ -17,8 +18,6 @@ from netsim.flow.picture import (
     TEXT_IN,
     kind_handles,
     panel_height_in,
-    save_figure,
-    styled,
 )
 from netsim.flow.rounds import State
 from netsim.flow.trees import Forest, SpanningTrees
@@ -37,7 +36,7 @@ def write_tree_picture(trees: SpanningTrees, most: int, columns: int, path: Path
         NetsimError: If the file cannot be written.
     """
     with styled():
-        save_figure(draw_trees(trees, most, columns), path)
+        save(draw_trees(trees, most, columns), path)
 
 
 def draw_trees(trees: SpanningTrees, most: int, columns: int) -> Figure:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import log_ndtr
 
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 
@@ -30,6 +31,11 @@ class AmplitudeModel:
     sd: float = 0.1
     least_range_m: float = 0.5
 
+    @property
+    def density_operations(self) -> int:
+        """Elementary floating-point operations of one value of `log_density`."""
+        return 5 * FUNCTION_OPERATIONS + 14
+
     def log_density(self, amplitude: ArrayLike, range_m: ArrayLike) -> FloatArray:
         """Logarithm of p(z|r) (eq 6), broadcast over both."""
         r = np.maximum(np.asarray(range_m, dtype=float), self.least_range_m)
@@ -44,7 +50,7 @@ def _log_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
     a, b = np.where(flip, -upper, lower), np.where(flip, -lower, upper)
     log_b, log_a = log_ndtr(b), log_ndtr(a)
     with np.errstate(invalid="ignore"):
-        return np.asarray(log_b + np.log1p(-np.exp(log_a - log_b)))
+        return np.asarray(log_b + np.log(-np.expm1(log_a - log_b)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +70,11 @@ class BearingModel:
     far_m: float = 100.0
     sd_at_zero_rad: float = math.radians(45.0)
     growth_rad_per_m: float = math.radians(0.5)
+
+    @property
+    def density_operations(self) -> int:
+        """Elementary floating-point operations of one value of `log_density`."""
+        return 5 * FUNCTION_OPERATIONS + 22
 
     def spread_rad(self, range_m: ArrayLike) -> FloatArray:
         """Standard deviation at a range (Fig. 6)."""
@@ -108,9 +119,23 @@ class SensorSpec:
         return isinstance(self.model, BearingModel)
 
     def log_likelihood(self, reading: float, points_m: FloatArray) -> FloatArray:
-        """Of a reading, for a source at each of some points of shape (n, 2): shape (n,)."""
+        """Of a reading, for a source at each of some points of shape (n, 2): shape (n,).
+
+        NaN is no reading (see `netsim.kernels.beamformer.reading_of`), which says nothing: 0 everywhere.
+        """
+        if math.isnan(reading):
+            return np.zeros(len(points_m))
         offsets_m = points_m - np.asarray(self.position_m)
         range_m = np.hypot(offsets_m[:, 0], offsets_m[:, 1])
         if isinstance(self.model, BearingModel):
             return self.model.log_density(reading, bearing_rad(offsets_m), range_m)
         return self.model.log_density(reading, range_m)
+
+    def likelihood_operations(self, points: int) -> int:
+        """Elementary floating-point operations of `log_likelihood` for so many points."""
+        return points * (self.place_operations + self.model.density_operations)
+
+    @property
+    def place_operations(self) -> int:
+        """Elementary floating-point operations of a point's range, and bearing where that counts."""
+        return 5 + FUNCTION_OPERATIONS * (2 if self.measures_bearing else 1)

@@ -11,7 +11,8 @@ receiver excludes counts, one among states that the message finds unlikely but t
 3. The tolerance starts high and falls to its final value in a few rounds, so that what tells most goes first and what
    follows takes it into account: residual scheduling (Elidan, McGraw, Koller 2006) without a common queue.
 4. Where messages get lost, the last one is *repeated*. In the start round every neighbour sends, so that a vertex that
-   misses one knows of loss and how much; a repeated message tells its receiver, who might have missed none, the same.
+   misses one knows of loss and how much, unless it never hears of that neighbour at all; a repeated message tells its
+   receiver, who might have missed none, the same.
 
 The constants hold for all problems; they were fixed on other random problems than those they were judged on.
 """
@@ -112,8 +113,8 @@ class AdaptiveTolerance:
         if new.max() == -np.inf or old.max() == -np.inf:
             return np.inf
         divergence = _divergence(log_normalise(new), log_normalise(old))
-        best = int(np.argmax(new))
-        stays = old[best] == old.max() and np.count_nonzero(old >= old.max() - _TIE) == 1
+        best = [np.flatnonzero(belief >= belief.max() - _TIE) for belief in (new, old)]
+        stays = len(best[0]) == len(best[1]) == 1 and best[0][0] == best[1][0]
         return divergence / self.unchanged if stays else divergence
 
 
@@ -133,6 +134,9 @@ def _divergence(new_log: FloatArray, old_log: FloatArray) -> float:
 class LossSuspicion:
     """What one vertex knows of frame loss from what it hears.
 
+    A start message that did not come tells of loss. But a neighbour of which nothing has been heard when the tolerance has
+    settled may as well be dead, and repeating is of no use to the dead: from then on it does not count.
+
     Args:
         rule: The rule's constants.
         neighbours: Who sends to the vertex; all do so in the start round.
@@ -140,25 +144,34 @@ class LossSuspicion:
 
     def __init__(self, rule: AdaptiveTolerance, neighbours: tuple[int, ...]) -> None:
         self._rule = rule
-        self._neighbours = neighbours
-        self._heard: dict[int, FloatArray] = {}
-        self._listened = False
+        self._neighbours = frozenset(neighbours)
+        self._heard: dict[int, FloatArray] | None = None
+        self._missed: frozenset[int] = frozenset()
+        self._computed: set[int] = set()  # neighbours of which a message later than the start message came
+        self._rumoured = False
+        self._rounds = 0
         self.loss = 0.0
 
     def listen(self, incoming: Mapping[int, FloatArray]) -> None:
         """Take in the last message of each neighbour, once a round, before anything else is computed from it."""
-        if not self._listened:
-            missing = sum(neighbour not in incoming for neighbour in self._neighbours)
-            if missing:  # one more success and failure than seen: four neighbours are a small sample
-                self.loss = (missing + 1.0) / (len(self._neighbours) + 2.0)
-        elif self.loss == 0.0 and any(self._is_repeat(each, message) for each, message in incoming.items()):
-            self.loss = self._rule.rumoured_loss
-        self._listened, self._heard = True, dict(incoming)
+        self._rounds += 1
+        if self._heard is None:
+            self._missed = self._neighbours - incoming.keys()
+        else:
+            new = {each for each, message in incoming.items() if self._heard.get(each) is not message}
+            repeated = (np.array_equal(self._heard[each], incoming[each]) for each in new & self._computed)
+            self._rumoured = self._rumoured or any(repeated)
+            self._computed |= new
+        self._heard = dict(incoming)
+        self.loss = self._estimate(self._missed - incoming.keys())
 
-    def _is_repeat(self, neighbour: int, message: FloatArray) -> bool:
-        """Whether the neighbour's message was delivered anew without anything new in it."""
-        heard = self._heard.get(neighbour)
-        return heard is not None and heard is not message and np.array_equal(heard, message)
+    def _estimate(self, unheard: frozenset[int]) -> float:
+        """The share of lost messages, given the neighbours never heard."""
+        dead = unheard if self._rounds > self._rule.rounds_until_settled else frozenset()
+        missed = len(self._missed - dead)
+        if missed:  # one more success and failure than seen: four neighbours are a small sample
+            return (missed + 1.0) / (len(self._neighbours - dead) + 2.0)
+        return self._rule.rumoured_loss if self._rumoured else 0.0
 
     @property
     def repeats(self) -> int:

@@ -8,9 +8,12 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from netsim.errors import ScenarioError
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.injections import PAIR_LIMIT, STATE_LIMIT, count_injections, count_pairs
+from netsim.kernels.polar_evidence import MOST_TERMS, PolarKind, quadrature_points
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +37,11 @@ class Demand:
 
 
 def demands(instance: AssociationInstance) -> Iterator[Demand]:
-    """Every table that could be refused: per sensor and group of targets it shares, and per target of three sensors."""
+    """Every table that could be refused: per sensor and group of targets it shares, and per target.
+
+    Raises:
+        ScenarioError: Where measurements of range or bearing are too exact for the quadrature over a prior.
+    """
     counts = [len(points) for points in instance.measurements_m]
     for sensor, count in enumerate(counts):
         who = f"sensor {instance.sensor_nodes[sensor]} with {count} measurements"
@@ -49,6 +56,18 @@ def demands(instance: AssociationInstance) -> Iterator[Demand]:
         for sensor in sensors:
             entries *= counts[sensor] + 1
         yield Demand(f"target {target}: joint choices of its {len(sensors)} sensors", entries, STATE_LIMIT)
+        kind = instance.model.measures
+        if kind != "position" and entries > 1:
+            who = f"target {target}: points of the quadrature times joint choices of its {len(sensors)} sensors"
+            yield Demand(who, entries * _points(instance, target, kind), MOST_TERMS)
+
+
+def _points(instance: AssociationInstance, target: int, kind: PolarKind) -> int:
+    """Points of the grid over which a target's evidence is summed."""
+    places_m = np.array([instance.sensors_m[sensor] for sensor in instance.coverage[target]])
+    model = instance.model
+    prior = instance.means_m[target], instance.covariances_m2[target]
+    return quadrature_points(*prior, places_m, kind, model.range_sd_m, model.bearing_sd_rad)
 
 
 def _groups(instance: AssociationInstance, sensor: int) -> Counter[int | None]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve
 
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 CellArray = NDArray[np.int64]
@@ -151,6 +152,15 @@ def diffuse(belief: GridBelief, radius_m: float) -> GridBelief:
     return GridBelief(grid, cells, weights / weights.sum())
 
 
+def diffusion_operations(before: GridBelief, after: GridBelief, radius_m: float) -> int:
+    """Elementary floating-point operations of `diffuse`.
+
+    An addition for each cell of the disc around each cell of the belief before, a sum and a division for each cell after.
+    """
+    disc_cells = int(_disc(radius_m / before.grid.cell_m).sum())
+    return 0 if disc_cells == 1 else disc_cells * len(before.cells) + 2 * len(after.cells)
+
+
 def condition(belief: GridBelief, log_likelihood: FloatArray) -> tuple[GridBelief, float]:
     """The belief after a measurement, and the logarithm of the measurement's probability under the belief before.
 
@@ -171,6 +181,14 @@ def condition(belief: GridBelief, log_likelihood: FloatArray) -> tuple[GridBelie
     total = float(weights.sum())
     after = GridBelief(belief.grid, belief.cells[kept], weights[kept] / total)
     return after, top + math.log(total)
+
+
+def update_operations(cells: int) -> int:
+    """Elementary floating-point operations of `condition` and `pruned` for a belief of so many cells.
+
+    A logarithm, an exponential, the search for the largest, sum, division and comparison for each; the likelihood is apart.
+    """
+    return (2 * FUNCTION_OPERATIONS + 5) * cells
 
 
 def pruned(belief: GridBelief, least_probability: float) -> GridBelief:

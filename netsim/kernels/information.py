@@ -1,23 +1,45 @@
 """How much a sensor's next reading is expected to tell of a position: mutual information (Liu, Reich, Zhao 2002, Table 3).
 
 The reading is put on a grid; densities become probabilities of its cells, normalised for every position. `exact` takes every
-cell of the belief (the three-dimensional form of Table 3), otherwise a scalar stands for the position as in section 4.3: the
-range for an amplitude (in bins of 1 m), the bearing for a direction of arrival (in bins of a degree; only an approximation,
-since the spread depends on the range too: each bin has the spread at its mean range).
+cell of the belief (the three-dimensional form of Table 3), otherwise a scalar stands for the position as in section 4.3.
+
+Before an amplitude the range stands for it, in bins of 1 m, or of a fortieth of the range where that is less. Eq 19 holds,
+and the bins cost less than .01 bit as seen.
+
+Before a direction of arrival the bearing stands for it, in bins of a degree. Here the paper's equality does not hold, since
+the spread depends on the range too. A bin takes the geometric mean of its cells' spreads: of normal errors that keeps the
+mean entropy of the reading right. On compact beliefs within 60 m the result is off by .005 bit in the root mean square, and
+by .06 at most as seen. It lacks what the spread of a reading tells of the range: up to .16 bit about and beyond the far
+range, and .3 where a belief has parts both near and far in one direction.
 """
 
+import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
+from netsim.kernels.acoustics import (
+    AmplitudeModel,
+    BearingModel,
+    SensorSpec,
+    bearing_rad,
+    wrapped_rad,
+)
 from netsim.kernels.grid_belief import GridBelief
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 RANGE_BIN_M = 1.0
+RANGE_BINS_PER_E = 40
+"""Where bins grow with the range: in a factor of e."""
+_EVEN_FROM_M = RANGE_BIN_M * RANGE_BINS_PER_E
+_LEAST_RANGE_M = 0.25
+_GROWING_BINS = math.ceil(RANGE_BINS_PER_E * math.log(_EVEN_FROM_M / _LEAST_RANGE_M))
 BEARING_BINS = 360
+_BEARING_WIDTH = 2.0 * np.pi / BEARING_BINS
 _STEPS_PER_SD = 2.0
 _RELATIVE_STEP = 0.01
 
@@ -45,24 +67,112 @@ def information_bit(belief: GridBelief, sensor: SensorSpec, *, exact: bool = Fal
         sensor: The sensor.
         exact: Whether to go through every cell (see the module).
     """
+    table = reading_table(belief, sensor, exact=exact)
+    return _information_bit(_sums(table.row, belief.probability), table.conditional, table.row_entropy_nat)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReadingTable:
+    """What a sensor's next reading may be, for each cell of a belief.
+
+    Attributes:
+        row: Row of the table that stands for each cell, shape (cells,); every row stands for one at least.
+        conditional: Probabilities of the reading's cells, shape (rows, m); rows sum to one.
+        row_entropy_nat: Entropy of each row, shape (rows,).
+    """
+
+    row: NDArray[np.int64]
+    conditional: FloatArray
+    row_entropy_nat: FloatArray
+
+
+def reading_table(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> ReadingTable:
+    """p(z|x) on the grid of the reading (steps 2 and 3 of Table 3).
+
+    Args:
+        belief: Of the position at the time of the reading.
+        sensor: The sensor.
+        exact: Whether every cell has a row of its own (see the module).
+    """
     offsets_m = belief.centres_m - np.asarray(sensor.position_m)
     range_m = np.hypot(offsets_m[:, 0], offsets_m[:, 1])
     if isinstance(sensor.model, BearingModel):
-        return _bearing_bit(belief.probability, bearing_rad(offsets_m), range_m, sensor.model, exact=exact)
+        return _bearing_readings(belief.probability, bearing_rad(offsets_m), range_m, sensor.model, exact=exact)
     if exact:
-        return mutual_information_bit(belief.probability, _amplitude_table(sensor.model, range_m))
-    bins = (range_m / RANGE_BIN_M).astype(np.int64)
+        conditional = _amplitude_table(sensor.model, range_m)
+        return ReadingTable(np.arange(len(range_m)), conditional, _row_entropy_nat(conditional))
+    bins = _range_bins(range_m)
     table = _tabulated(sensor.model, 1 << int(bins.max()).bit_length())
     used, where = np.unique(bins, return_inverse=True)
-    prior = _sums(where, belief.probability)
-    return _information_bit(prior, table.conditional[used], table.row_entropy_nat[used])
+    return ReadingTable(where, table.conditional[used], table.row_entropy_nat[used])
+
+
+def information_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> int:
+    """Elementary floating-point operations of `information_bit` on a node.
+
+    Those of the table, with each computed entry's part of its row's entropy; then every entry that is used takes a product
+    and a sum, and every cell of the reading its part of the entropy.
+    """
+    rows, columns = table_shape(belief, sensor, exact=exact)
+    entropies = _computed_entries(belief, sensor, exact=exact) * (FUNCTION_OPERATIONS + 2)
+    table = table_operations(belief, sensor, exact=exact)
+    return table + entropies + 2 * rows * columns + columns * (FUNCTION_OPERATIONS + 2)
+
+
+def table_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> int:
+    """Elementary floating-point operations of `reading_table` on a node, without the entropies.
+
+    Every entry that is computed takes its density (of a bearing, the exponential of the square of its error) and the share
+    in its row. The table of an amplitude sensor's range bins is the same for all beliefs, so that a node keeps it.
+    """
+    density = 6 if isinstance(sensor.model, BearingModel) else sensor.model.density_operations + 1
+    places = len(belief.cells) * (sensor.place_operations + FUNCTION_OPERATIONS + 4)
+    return places + _computed_entries(belief, sensor, exact=exact) * (density + FUNCTION_OPERATIONS + 2)
+
+
+def table_shape(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> tuple[int, int]:
+    """Rows and columns of the table that `reading_table` makes."""
+    rows = len(belief.cells) if exact else len(np.unique(_bins(belief, sensor)))
+    return rows, BEARING_BINS if isinstance(sensor.model, BearingModel) else len(_amplitude_edges(sensor.model)) - 1
+
+
+def _computed_entries(belief: GridBelief, sensor: SensorSpec, *, exact: bool) -> int:
+    rows, columns = table_shape(belief, sensor, exact=exact)
+    return 0 if isinstance(sensor.model, AmplitudeModel) and not exact else rows * columns
+
+
+def _bins(belief: GridBelief, sensor: SensorSpec) -> NDArray[np.int64]:
+    """The range bin, or the bearing bin, of each cell of a belief."""
+    offsets_m = belief.centres_m - np.asarray(sensor.position_m)
+    if isinstance(sensor.model, BearingModel):
+        return _bearing_bins(bearing_rad(offsets_m))
+    return _range_bins(np.hypot(offsets_m[:, 0], offsets_m[:, 1]))
+
+
+def _range_bins(range_m: FloatArray) -> NDArray[np.int64]:
+    growing = RANGE_BINS_PER_E * np.log(np.maximum(range_m, _LEAST_RANGE_M) / _LEAST_RANGE_M)
+    even = _GROWING_BINS + (range_m - _EVEN_FROM_M) / RANGE_BIN_M
+    return np.where(range_m < _EVEN_FROM_M, growing, even).astype(np.int64)
+
+
+def _range_of_bins_m(bins: int) -> FloatArray:
+    """Middles of the first range bins."""
+    number = np.arange(bins) + 0.5
+    growing = _LEAST_RANGE_M * np.exp(number / RANGE_BINS_PER_E)
+    even = _EVEN_FROM_M + (number - _GROWING_BINS) * RANGE_BIN_M
+    return np.where(number < _GROWING_BINS, growing, even)
+
+
+def _bearing_bins(true_rad: FloatArray) -> NDArray[np.int64]:
+    bins: NDArray[np.int64] = np.floor(true_rad / _BEARING_WIDTH).astype(np.int64) % BEARING_BINS
+    return bins
 
 
 class _Tabulated:
     """p(z|r) of an amplitude sensor for the first range bins, and the entropy of each row."""
 
     def __init__(self, model: AmplitudeModel, bins: int) -> None:
-        self.conditional = _amplitude_table(model, np.asarray((np.arange(bins) + 0.5) * RANGE_BIN_M, dtype=float))
+        self.conditional = _amplitude_table(model, _range_of_bins_m(bins))
         self.row_entropy_nat = _row_entropy_nat(self.conditional)
 
 
@@ -94,19 +204,18 @@ def _rows(weights: FloatArray) -> FloatArray:
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
-def _bearing_bit(
+def _bearing_readings(
     prior: FloatArray, true_rad: FloatArray, range_m: FloatArray, model: BearingModel, *, exact: bool
-) -> float:
-    width = 2.0 * np.pi / BEARING_BINS
+) -> ReadingTable:
+    sd_rad, where = model.spread_rad(range_m), np.arange(len(range_m))
     if not exact:
-        bins: NDArray[np.int64] = np.floor(true_rad / width).astype(np.int64) % BEARING_BINS
-        used, where = np.unique(bins, return_inverse=True)
-        mass = _sums(where, prior)
-        range_m = _sums(where, prior * range_m) / mass
-        prior, true_rad = mass, np.asarray((used + 0.5) * width, dtype=float)
-    readings = (np.arange(BEARING_BINS) + 0.5) * width
-    density = np.exp(model.log_density(readings[None, :], true_rad[:, None], range_m[:, None]))
-    return mutual_information_bit(prior, _rows(density))
+        used, where = np.unique(_bearing_bins(true_rad), return_inverse=True)
+        sd_rad = np.exp(_sums(where, prior * np.log(sd_rad)) / _sums(where, prior))
+        true_rad = np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
+    readings = (np.arange(BEARING_BINS) + 0.5) * _BEARING_WIDTH
+    error_rad = wrapped_rad(readings[None, :] - true_rad[:, None])
+    conditional = _rows(np.exp(-0.5 * (error_rad / sd_rad[:, None]) ** 2))
+    return ReadingTable(where, conditional, _row_entropy_nat(conditional))
 
 
 def _sums(where: NDArray[np.int64], weights: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from netsim.kernels.acoustics import SensorSpec
+from netsim.kernels.beamformer import ArrayProcessing
 from netsim.kernels.grid_belief import Grid
 
 
@@ -24,6 +25,8 @@ class TrackingKnowledge:
         max_speed_m_per_s: Greatest speed of a target that is assumed.
         leads_first: Whether it leads the first track from the first reading on.
         is_watchdog: Whether it watches for targets while nobody tracks.
+        processing: How it makes a bearing out of the samples of its microphones; None where its sensor gives readings
+            (see `netsim.kernels.beamformer.reading_of`).
     """
 
     sensor: SensorSpec | None
@@ -35,6 +38,7 @@ class TrackingKnowledge:
     max_speed_m_per_s: float
     leads_first: bool = False
     is_watchdog: bool = False
+    processing: ArrayProcessing | None = None
 
     def neighbours(self, position_m: tuple[float, float], without: Sequence[int] = ()) -> tuple[int, ...]:
         """To whom a leader here may hand over (Liu, Reich, Zhao 2002, section 5.1).

@@ -7,9 +7,11 @@ from typing import Any, Final
 
 from netsim.errors import ScenarioError
 from netsim.metrics.definitions import (
+    centralised,
     communication,
     energy,
     inference,
+    leaders,
     lifetime,
     optimality,
     placement,
@@ -30,7 +32,19 @@ __all__ = [
     "metric_of",
 ]
 
-_GROUPS = (runs, placement, inference, optimality, target_distribution, tracking, communication, energy, lifetime)
+_GROUPS = (
+    runs,
+    placement,
+    inference,
+    optimality,
+    target_distribution,
+    tracking,
+    leaders,
+    centralised,
+    communication,
+    energy,
+    lifetime,
+)
 CATALOGUE: Final[Mapping[str, Metric]] = {metric.name: metric for module in _GROUPS for metric in module.METRICS}
 """Every metric by its name in `metrics.json`, in the order of the documentation."""
 
@@ -38,6 +52,7 @@ ERROR_METRICS: Final = (
     "association_error",
     "count_error",
     "marginal_error_linf",
+    "estimate_error_mean_m",
     "position_error_mean_m",
     "ospa_mean_m",
     "association_differs_from_exact_map",
@@ -51,6 +66,8 @@ DEFAULT_COSTS: Final = ("energy_j", "energy_beyond_listening_j", "radio_messages
 DEFAULT_METRICS: Final = (
     *ERROR_METRICS,
     "identity_accuracy",
+    "targets_followed_share",
+    "outage_longest_s",
     "graph_messages_per_sensor",
     "converged_round",
     *DEFAULT_COSTS,

@@ -8,14 +8,18 @@ from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
+from netsim.metrics.fusion import BeliefLatency, Fusion
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
+from netsim.metrics.leaders import Leaders
 from netsim.metrics.life import Life
 from netsim.metrics.optimality import Optimality
 from netsim.metrics.origins import OriginError
 from netsim.metrics.placement import PlacementCost
 from netsim.metrics.protocol import Conversations
+from netsim.metrics.table2 import Table2
 from netsim.metrics.target_distribution import CountError
 from netsim.metrics.tracking import Tracking
+from netsim.metrics.tracking_beliefs import Beliefs, EstimateErrors, Handoffs
 from netsim.metrics.traffic import Traffic
 from netsim.trace.events import EnergyLedger, Event
 from netsim.trace.recorder import Observer, Recorder
@@ -39,6 +43,13 @@ class Metrics:
             Optimality(),
             CountError(),
             Tracking(),
+            EstimateErrors(),
+            Beliefs(),
+            Handoffs(),
+            Leaders(),
+            BeliefLatency(),
+            Fusion(),
+            Table2(),
             Traffic(),
             self._energy,
             Clocks(),

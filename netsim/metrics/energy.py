@@ -23,6 +23,7 @@ class Energy:
     def __init__(self) -> None:
         self._ledger: EnergyLedger | None = None
         self._names: dict[int, str] = {}
+        self._on_batteries: set[int] = set()
         self._deaths: dict[int, int] = {}
         self._harvested_j = self._spilled_j = 0.0
 
@@ -48,6 +49,7 @@ class Energy:
         active = [row for row in rows if row[2] not in STANDING.get(row[1], ())]
         return {
             "energy_j": math.fsum(row[4] for row in rows),
+            "energy_from_batteries_j": math.fsum(row[4] for row in rows if row[0] in self._on_batteries),
             "energy_beyond_listening_j": math.fsum(row[4] for row in active),
             "energy_beyond_listening_most_j": max(_sums((row[0], row[4]) for row in active).values(), default=None),
             "energy_by_device_j": _sums((row[1], row[4]) for row in rows),
@@ -74,6 +76,8 @@ class Energy:
 
     def _on_nodes(self, event: NodeTable, _: int) -> None:
         self._names = dict(zip(map(int, event.node), event.name, strict=True))
+        full_j = zip(map(int, event.node), map(float, event.battery_j), strict=True)
+        self._on_batteries = {node for node, joules in full_j if math.isfinite(joules)}
 
     def _on_life(self, event: NodeLife, now_ns: int) -> None:
         if event.event == "died":

@@ -5,6 +5,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from netsim.metrics.tracking_wording import belief_words, handoff_words
 from netsim.metrics.traffic import outcome_at, role_of
 from netsim.metrics.wording import SHOWN_ENTRIES, counted, fields, listed, words
 from netsim.trace.events import (
@@ -12,12 +13,14 @@ from netsim.trace.events import (
     RADIO_STATES,
     AlgorithmRecord,
     Association,
+    Belief,
     EnergyBudget,
     Estimate,
     Event,
     Fault,
     Frame,
     GraphMessages,
+    Handoff,
     Identity,
     Log,
     Marginals,
@@ -104,6 +107,8 @@ class TimeLine:
             Marginals: self._on_marginals,
             Estimate: self._on_estimate,
             Identity: self._on_identity,
+            Belief: self._on_belief,
+            Handoff: self._on_handoff,
             AlgorithmRecord: self._on_algorithm,
             Log: self._on_log,
         }
@@ -250,6 +255,14 @@ class TimeLine:
         if event.node == self._node:
             numbers = listed(f"{value:.4g}" for value in event.probability)
             self._add(now_ns, "believes", f"track {event.track} follows targets by {numbers}")
+
+    def _on_belief(self, event: Belief, now_ns: int) -> None:
+        if event.node == self._node:
+            self._add(now_ns, "believes", belief_words(event))
+
+    def _on_handoff(self, event: Handoff, now_ns: int) -> None:
+        if event.node == self._node:
+            self._add(now_ns, "chooses", handoff_words(event, self._label))
 
     def _on_algorithm(self, event: AlgorithmRecord, now_ns: int) -> None:
         if event.node == self._node:

@@ -15,14 +15,11 @@ from netsim.kernels.consistency import nees, nees_interval
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.set_distance import gospa, match, ospa
 from netsim.metrics.following import Following
-from netsim.metrics.tracks import Fix, TargetTruth, TrackHistory, as_array
-from netsim.trace.events import Estimate, Identity, TruthTargets
+from netsim.metrics.tracks import CUT_OFF_M, Fix, TargetTruth, TrackHistory, as_array, cut_off_of
+from netsim.trace.events import Estimate, Identity, Problem, TruthTargets
 from netsim.trace.recorder import Handler
 from netsim.units import s_to_ns
 
-CUT_OFF_M: Final = 10.0
-"""From this distance on a track does not follow a target: twice the 5 m within which the sensors of the shipped problems
-detect one, so that a track beyond it looks for its target among the wrong sensors."""
 ORDER: Final = 2.0
 """Order p of OSPA and GOSPA: 2 weighs errors as a root mean square does."""
 STEP_S: Final = 1.0
@@ -47,7 +44,8 @@ class Tracking:
     """Scores tracks against targets.
 
     Args:
-        cut_off_m: Distance from which on a track does not follow a target; also the c of OSPA and GOSPA.
+        cut_off_m: Distance from which on a track does not follow a target, unless the problem says another one; also the c
+            of OSPA and GOSPA.
     """
 
     def __init__(self, cut_off_m: float = CUT_OFF_M) -> None:
@@ -58,13 +56,21 @@ class Tracking:
 
     def handlers(self) -> Mapping[type[Any], Handler]:
         """See `Observer.handlers`."""
-        return {TruthTargets: self._truth.add, Estimate: self._on_estimate, Identity: self._on_identity}
+        return {
+            Problem: self._on_problem,
+            TruthTargets: self._truth.add,
+            Estimate: self._on_estimate,
+            Identity: self._on_identity,
+        }
 
     def figures(self) -> dict[str, Any]:
         """The metrics; empty where nobody estimated anything, or there are no targets."""
         if not self._tracks.fixes or self._truth.is_empty:
             return {}
         return self._single() | self._sets() | self._identity()
+
+    def _on_problem(self, event: Problem, _: int) -> None:
+        self._cut_off_m = cut_off_of(event, self._cut_off_m)
 
     def _on_estimate(self, event: Estimate, now_ns: int) -> None:
         x_m, y_m = float(event.x_m), float(event.y_m)

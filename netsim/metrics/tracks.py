@@ -1,17 +1,32 @@
 """True targets and estimated tracks over time."""
 
+import json
+import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from netsim.kernels.semiring import FloatArray
-from netsim.trace.events import TruthTargets
+from netsim.trace.events import Problem, TruthTargets
 from netsim.units import s_to_ns
 
 Points = Mapping[int, tuple[float, float]]
 """Positions in metres by number."""
+
+CUT_OFF_M: Final = 10.0
+"""From this distance on a track does not follow a target, where the problem says nothing else: twice the 5 m within which
+the sensors of the shipped association problems detect one, so that a track beyond it looks for its target among the wrong
+sensors."""
+
+
+def cut_off_of(problem: Problem, otherwise_m: float) -> float:
+    """The distance from which on a track does not follow a target: the tracking problem's own, or the given one."""
+    if problem.kind != "tracking":
+        return otherwise_m
+    return float(json.loads(problem.content_json).get("cut_off_m", otherwise_m))
 
 
 class TargetTruth:
@@ -54,6 +69,10 @@ class TargetTruth:
         after, start_ns = self._records[number], self._times_ns[number - 1]
         share = (time_ns - start_ns) / (self._times_ns[number] - start_ns)
         return {target: _between(place, after.get(target, place), share) for target, place in before.items()}
+
+    def nearest_m(self, time_ns: int, place_m: tuple[float, float]) -> float | None:
+        """Distance of a place from the nearest target at a time; None without any."""
+        return min((math.dist(place_m, there_m) for there_m in self.at(time_ns).values()), default=None)
 
 
 def _between(one: tuple[float, float], other: tuple[float, float], share: float) -> tuple[float, float]:

@@ -3,9 +3,8 @@
 from pathlib import Path
 from typing import Any, Final
 
-from netsim.models.device_tables import Kind, find_table, unverified
+from netsim.models.device_tables import Kind, find_table, table_values, unverified
 from netsim.models.devices import MAINS
-from netsim.reading import read_document
 
 _MAIN_VALUES: Final[dict[Kind, tuple[tuple[str, ...], ...]]] = {
     "radios": (("receive_ma",),),
@@ -32,7 +31,7 @@ def table_source(kind: Kind, name_or_path: str, base_dir: Path) -> tuple[str, st
     if kind == "batteries" and name_or_path == MAINS.name:
         return "mains power", "netsim's own"
     path = find_table(kind, name_or_path, base_dir)
-    plain: Any = read_document(path).plain()
+    plain = table_values(path)
     keys = next(keys for keys in _MAIN_VALUES[kind] if _below(plain, keys) is not None)
     recalled, total = unverified(path)
     share = "all" if len(recalled) == total else f"{len(recalled)} of {total}"

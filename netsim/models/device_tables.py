@@ -103,13 +103,22 @@ def load_device(path: Path) -> Device | None:
     return None if loader is None else loader(path)
 
 
+def table_values(path: Path) -> Any:
+    """What a table's file says, by its keys as they stand there; shared by all who ask, so not to be changed.
+
+    Raises:
+        ScenarioError: If the file cannot be read.
+    """
+    return _read_once(_plain, path)
+
+
 def unverified(path: Path) -> tuple[list[str], int]:
     """Values of a table that were recalled or chosen, not read in their source, by key; and how many values there are.
 
     Raises:
         ScenarioError: If the file cannot be read.
     """
-    found = list(_values(read_document(path).plain(), ()))
+    found = list(_values(table_values(path), ()))
     return [".".join(keys) for keys, is_unverified in found if is_unverified], len(found)
 
 
@@ -135,6 +144,10 @@ def _read_once(make: Callable[[Path], T], path: Path) -> T:
 @lru_cache(maxsize=128)
 def _read(make: Callable[[Path], Any], path: Path, modified_ns: int, size_byte: int) -> Any:
     return make(path)
+
+
+def _plain(path: Path) -> Any:
+    return read_document(path).plain()
 
 
 def _radio(path: Path) -> RadioDevice:

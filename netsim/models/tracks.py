@@ -1,15 +1,20 @@
-"""Ways of targets through the field."""
+"""Ways of targets through the field: straight, from point to point, drawn at random, or from a file."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path as FilePath
-from typing import Literal
+from typing import Annotated, Literal
 
-import numpy as np
+from annotated_types import MinLen
 
-from netsim.parameters import NonNegative, PointM, Positive, parameters
+from netsim.models.manoeuvre import ManoeuvreTrack, manoeuvred
+from netsim.models.track_files import TrackPoint, read_track
+from netsim.models.waypoints import along
+from netsim.parameters import Name, NonNegative, PointM, Positive, parameters
 from netsim.rng import Streams
-from netsim.units import s_to_ns
+from netsim.units import NS_PER_S, s_to_ns
 
 
 @parameters
@@ -27,8 +32,42 @@ class StraightTrack:
     enters_s: NonNegative = 0.0
     """When it enters."""
 
+    def __post_init__(self) -> None:
+        """A way has a length."""
+        if self.from_m == self.to_m:
+            message = "two different places from_m and to_m"
+            raise ValueError(message)
 
-TrackParameters = StraightTrack
+
+@parameters
+class WaypointTrack:
+    """Straight lines at even speed from point to point; the target is there from the first point's time to the last's."""
+
+    type: Literal["waypoints"] = "waypoints"
+    """Kind of track."""
+    points: Annotated[tuple[TrackPoint, ...], MinLen(2)]
+    """The points."""
+
+    def __post_init__(self) -> None:
+        """Points in order."""
+        if any(later.at_s <= earlier.at_s for earlier, later in pairwise(self.points)):
+            message = "points in the order of their times"
+            raise ValueError(message)
+
+
+@parameters
+class FileTrack:
+    """As `waypoints`, from a CSV file with the columns time_s, x_m, y_m, and target where it holds several."""
+
+    type: Literal["file"] = "file"
+    """Kind of track."""
+    file: Name
+    """The file, relative to the scenario."""
+    target: Name | int | None = None
+    """Which of the targets of a file that has several: what stands in its column `target`."""
+
+
+TrackParameters = StraightTrack | WaypointTrack | ManoeuvreTrack | FileTrack
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +75,7 @@ class Track:
     """Where a target is, from when it enters until it leaves.
 
     Attributes:
-        times_ns: When it is at each point, ascending, at least one.
+        times_ns: When it is at each point, ascending, at least two.
         points_m: The points, shape (n, 2); it moves in straight lines between them.
     """
 
@@ -47,8 +86,13 @@ class Track:
         """Where it is at a time; None before and after."""
         if not self.times_ns[0] <= time_ns <= self.times_ns[-1]:
             return None
-        x_m, y_m = (float(np.interp(time_ns, self.times_ns, column)) for column in zip(*self.points_m, strict=True))
-        return x_m, y_m
+        return along(self.times_ns, self.points_m, time_ns)
+
+    @property
+    def top_speed_m_per_s(self) -> float:
+        """Its greatest speed."""
+        legs = zip(pairwise(self.points_m), pairwise(self.times_ns), strict=True)
+        return max(math.dist(*ends) * NS_PER_S / (end_ns - begin_ns) for ends, (begin_ns, end_ns) in legs)
 
 
 def track_of(
@@ -68,9 +112,24 @@ def track_of(
         folder: What files are relative to.
 
     Raises:
-        ScenarioError: For a file that is missing or wrong.
+        ScenarioError: For a file that is missing or wrong, or a start outside the field of a target that stays in it.
     """
+    if isinstance(parameters, StraightTrack):
+        return _straight(parameters)
+    if isinstance(parameters, ManoeuvreTrack):
+        return Track(*manoeuvred(parameters, field_m, streams.generator(f"world/target/{number}")))
+    if isinstance(parameters, WaypointTrack):
+        return _through(parameters.points)
+    wanted = None if parameters.target is None else str(parameters.target)
+    return _through(read_track(folder / parameters.file, wanted))
+
+
+def _straight(parameters: StraightTrack) -> Track:
     begin_ns = s_to_ns(parameters.enters_s)
     length_m = math.dist(parameters.from_m, parameters.to_m)
-    end_ns = begin_ns + s_to_ns(length_m / parameters.speed_m_per_s)
+    end_ns = begin_ns + max(1, s_to_ns(length_m / parameters.speed_m_per_s))
     return Track((begin_ns, end_ns), (parameters.from_m, parameters.to_m))
+
+
+def _through(points: Sequence[TrackPoint]) -> Track:
+    return Track(tuple(s_to_ns(point.at_s) for point in points), tuple((point.x_m, point.y_m) for point in points))

@@ -1,7 +1,7 @@
 """Paths of mobile nodes: straight lines from waypoint to waypoint, from the scenario or from a CSV file."""
 
-import csv
 import math
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from pathlib import Path as FilePath
 from typing import Literal
 
 from netsim.errors import Finding, ScenarioError
+from netsim.models.csv_rows import csv_rows, number
 from netsim.parameters import Name, Positive, parameters
-from netsim.reading.reasons import why_unreadable
 from netsim.units import NS_PER_S, s_to_ns
 
 HEADER = ["node", "at_s", "x_m", "y_m"]
@@ -75,13 +75,22 @@ class Path:
 
     def at(self, time_ns: int) -> tuple[float, float]:
         """Where the node is at a time from 0."""
-        if time_ns >= self.end_ns:
-            return self.points_m[-1]
-        leg = next(index for index, begin_ns in enumerate(self.times_ns[1:]) if time_ns < begin_ns)
-        begin_ns, end_ns = self.times_ns[leg : leg + 2]
-        (x_m, y_m), (to_x_m, to_y_m) = self.points_m[leg : leg + 2]
-        share = (time_ns - begin_ns) / (end_ns - begin_ns)
-        return x_m + share * (to_x_m - x_m), y_m + share * (to_y_m - y_m)
+        return self.points_m[-1] if time_ns >= self.end_ns else along(self.times_ns, self.points_m, time_ns)
+
+
+def along(times_ns: Sequence[int], points_m: Sequence[tuple[float, float]], time_ns: int) -> tuple[float, float]:
+    """Where a point is that goes in straight lines at even speed.
+
+    Args:
+        times_ns: When it is at each place, ascending.
+        points_m: The places.
+        time_ns: From the first time to the last.
+    """
+    leg = min(bisect_right(times_ns, time_ns), len(times_ns) - 1)
+    begin_ns, end_ns = times_ns[leg - 1], times_ns[leg]
+    (x_m, y_m), (to_x_m, to_y_m) = points_m[leg - 1], points_m[leg]
+    share = (time_ns - begin_ns) / (end_ns - begin_ns)
+    return x_m + share * (to_x_m - x_m), y_m + share * (to_y_m - y_m)
 
 
 def path_through(start_m: tuple[float, float], points: Sequence[Waypoint]) -> Path:
@@ -101,13 +110,7 @@ def read_waypoints(path: FilePath) -> dict[int, tuple[Waypoint, ...]]:
         ScenarioError: If there is no such file, or with every wrong line: a wrong header, a wrong number of columns, a node
             that is no whole number, a time that is not above the one before, a number that is not finite.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream)
-            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        message = f"{path}: expected a CSV file of waypoints, got: {why_unreadable(path, error)}"
-        raise ScenarioError(message) from error
+    rows = csv_rows(path, "waypoints")
     findings = list(_findings(str(path), rows))
     if findings:
         raise ScenarioError(findings)
@@ -134,7 +137,7 @@ def _row_findings(file: str, line: int, row: Sequence[str], last_ns: dict[str, i
     node, *texts = row
     if not (node.isascii() and node.isdigit()):
         yield Finding(file, line, "node", "the id of a node", f"`{node}`")
-    at_s, x_m, y_m = (_number(text) for text in texts)
+    at_s, x_m, y_m = (number(text) for text in texts)
     for column, text, value in (("x_m", texts[1], x_m), ("y_m", texts[2], y_m)):
         if not math.isfinite(value):
             yield Finding(file, line, column, "a number of metres", f"`{text}`")
@@ -145,10 +148,3 @@ def _row_findings(file: str, line: int, row: Sequence[str], last_ns: dict[str, i
         )
     else:
         last_ns[node] = s_to_ns(at_s)
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

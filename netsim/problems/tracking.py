@@ -4,19 +4,22 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 from annotated_types import MinLen
 
 from netsim.errors import ScenarioError
-from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec, bearing_rad
+from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec
+from netsim.kernels.beamformer import ArrayProcessing, square_m
 from netsim.kernels.grid_belief import Grid, grid_over
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.tracking_model import TrackingKnowledge
-from netsim.models.tracks import StraightTrack, Track, track_of
+from netsim.models.sound import MicrophoneArray
+from netsim.models.tracks import Track, TrackParameters, track_of
 from netsim.parameters import NonNegative, NonNegativeInt, Positive, Probability, parameters
+from netsim.problems.acoustic_readings import AcousticReadings
 from netsim.problems.problem import placement
 from netsim.rng import Streams
 from netsim.trace.events import Event, TruthTargets, VariablePlacement
@@ -29,7 +32,7 @@ Box = tuple[float, float, float, float]
 class AcousticTarget:
     """A sound source that moves."""
 
-    track: StraightTrack
+    track: TrackParameters
     """Its way."""
     amplitude: Positive = 40.0
     """Rms amplitude at 1 m."""
@@ -77,8 +80,13 @@ class TrackingParameters:
     """Share of the sensors that measure the direction of arrival; the others measure the amplitude."""
     amplitude_noise_sd: NonNegative = 0.05
     """Standard deviation of the true noise of amplitudes."""
+    bearings: Literal["drawn", "sampled"] = "drawn"
+    """`drawn`: a bearing is the true one with a normal error. `sampled`: the sensor gives the samples of four microphones,
+    out of which the node makes a bearing by the beamformer of eqs 7 to 10."""
     bearing_noise_sd_deg: NonNegative = 3.0
-    """Standard deviation of the true noise of bearings."""
+    """Standard deviation of the true noise of bearings that are drawn."""
+    microphones: MicrophoneArray = MicrophoneArray()
+    """Array of a sensor whose bearings are sampled."""
     reading_s: Positive = 0.5
     """Time between two readings; a sensor that is read twice within it has the same noise."""
     amplitude: AssumedAmplitude = AssumedAmplitude()
@@ -121,7 +129,7 @@ class TrackingProblem:
         tracks: Ways of the targets.
         first_leader: Node that is told that it leads; None for none.
         watchdogs: Nodes that watch.
-        streams: Where noise comes from: a reading of node k in interval i from `node/<k>/sensing/<i>`.
+        streams: The run's random streams.
     """
 
     parameters: TrackingParameters
@@ -185,12 +193,11 @@ class TrackingProblem:
             max_speed_m_per_s=parameters.max_speed_m_per_s,
             leads_first=node == self.first_leader,
             is_watchdog=node in self.watchdogs,
+            processing=_processing(parameters) if own is not None and own.measures_bearing else None,
         )
 
     def observe(self, node: int, time_ns: int) -> FloatArray:
-        """An amplitude, or a bearing in radians from north clockwise; shape (1,).
-
-        Incoherent sources add up in power; a bearing is that of the loudest source at the sensor, and anywhere without one.
+        """What a sensor reads (see `netsim.problems.acoustic_readings.AcousticReadings.of`).
 
         Raises:
             ScenarioError: When the node has no sensor.
@@ -198,35 +205,26 @@ class TrackingProblem:
         if node not in self.sensors:
             text = f"node {node} has no sensor to observe with"
             raise ScenarioError(text)
-        return np.array([self._reading(node, time_ns)])
+        return self._readings.of(node, time_ns)
 
     def loudness(self, node: int, time_ns: int) -> float:
         """True rms amplitude at a sensor."""
-        return math.hypot(*self._sources(self.sensors[node], time_ns)[0])
+        return self._readings.loudness(node, time_ns)
 
-    def _reading(self, node: int, time_ns: int) -> float:
-        spec, parameters = self.sensors[node], self.parameters
-        interval = time_ns // s_to_ns(parameters.reading_s)
-        rng = self.streams.generator(f"node/{node}/sensing/{interval}")
-        loudness, bearings = self._sources(spec, time_ns)
-        if not spec.measures_bearing:
-            return math.hypot(*loudness) + parameters.amplitude_noise_sd * float(rng.standard_normal())
-        error = math.radians(parameters.bearing_noise_sd_deg) * float(rng.standard_normal())
-        anywhere = math.pi * (2.0 * float(rng.random()) - 1.0)
-        bearing = bearings[loudness.index(max(loudness))] + error if loudness else anywhere
-        return (bearing + math.pi) % (2.0 * math.pi) - math.pi
-
-    def _sources(self, spec: SensorSpec, time_ns: int) -> tuple[list[float], list[float]]:
-        """Amplitude and bearing of every target that is there, at a sensor."""
-        loudness, bearings = [], []
-        for target, track in zip(self.parameters.targets, self.tracks, strict=True):
-            place_m = track.at(time_ns)
-            if place_m is not None:
-                offset_m = np.subtract(place_m, spec.position_m)
-                range_m = max(math.hypot(*offset_m), self.parameters.amplitude.least_range_m)
-                loudness.append(target.amplitude / range_m)
-                bearings.append(float(bearing_rad(offset_m)))
-        return loudness, bearings
+    @cached_property
+    def _readings(self) -> AcousticReadings:
+        parameters = self.parameters
+        amplitudes = (target.amplitude for target in parameters.targets)
+        return AcousticReadings(
+            sensors=self.sensors,
+            sources=tuple(zip(self.tracks, amplitudes, strict=True)),
+            least_range_m=parameters.amplitude.least_range_m,
+            amplitude_noise_sd=parameters.amplitude_noise_sd,
+            bearing_noise_sd_rad=math.radians(parameters.bearing_noise_sd_deg),
+            microphones=parameters.microphones if parameters.bearings == "sampled" else None,
+            reading_ns=s_to_ns(parameters.reading_s),
+            streams=self.streams,
+        )
 
     def _truth(self, time_ns: int) -> TruthTargets:
         places = {number: track.at(time_ns) for number, track in enumerate(self.tracks)}
@@ -263,7 +261,7 @@ def build(
         folder: What files are relative to.
 
     Raises:
-        ScenarioError: Without sensors, or for a track's file that is wrong.
+        ScenarioError: Without sensors, or for a track that is wrong (see `netsim.models.tracks.track_of`).
     """
     if not positions_m:
         text = "no node has a sensor, so there is nobody to track"
@@ -275,15 +273,23 @@ def build(
     sensors = {
         node: SensorSpec(positions_m[node], bearing_model if node in bearing else amplitude_model) for node in nodes
     }
-    tracks = tuple(
-        track_of(target.track, number, field_m, streams, folder) for number, target in enumerate(parameters.targets)
-    )
+    tracks = tuple(_track(parameters, number, field_m, streams, folder) for number in range(len(parameters.targets)))
     watchdogs = frozenset(node for node in nodes if _watches(parameters, positions_m[node], field_m))
     grid = grid_over(field_m, parameters.cell_m)
     problem = TrackingProblem(parameters, sensors, grid, tracks, None, watchdogs, streams)
     if parameters.first_leader == "none":
         return problem
     return TrackingProblem(parameters, sensors, grid, tracks, _loudest(problem), watchdogs, streams)
+
+
+def _track(parameters: TrackingParameters, number: int, field_m: Box, streams: Streams, folder: Path) -> Track:
+    try:
+        return track_of(parameters.targets[number].track, number, field_m, streams, folder)
+    except ScenarioError as error:
+        if error.findings:
+            raise
+        text = f"targets[{number}].track: {error}"
+        raise ScenarioError(text) from error
 
 
 def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingModel]:
@@ -295,6 +301,13 @@ def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingMode
         math.radians(bearing.noise_sd_at_zero_deg),
         math.radians(bearing.growth_deg_per_m),
     )
+
+
+def _processing(parameters: TrackingParameters) -> ArrayProcessing | None:
+    if parameters.bearings == "drawn":
+        return None
+    array, places_m = parameters.microphones, square_m(parameters.microphones.side_m)
+    return ArrayProcessing(places_m, array.samples, array.sampling_hz, array.sound_m_per_s, array.window)
 
 
 def _watches(parameters: TrackingParameters, place_m: tuple[float, float], field_m: Box) -> bool:

@@ -13,7 +13,7 @@ MOST_SCORE = 0xFFFF
 _SCORE = Record("H")
 
 
-def elect(node: NodeHandle, score: int, deadline_ns: int, hop_limit: int = 32) -> Op[int]:
+def elect(node: NodeHandle, score: int, deadline_ns: int, hop_limit: int = 32) -> Op[int | None]:
     """The node of the highest score, of equals the one with the lowest id, as far as this node has heard.
 
     Every node that takes part calls this. Those that hear nothing of each other elect several.
@@ -25,7 +25,8 @@ def elect(node: NodeHandle, score: int, deadline_ns: int, hop_limit: int = 32) -
         hop_limit: How far a candidate is heard.
 
     Returns:
-        The winner's id, at the deadline, perhaps this node's own.
+        The winner's id, at the deadline, perhaps this node's own; None at once where the deadline is over, as for a node
+        that was down: it can only wait for the winner's word.
 
     Raises:
         AlgorithmError: For a score out of range.
@@ -33,6 +34,8 @@ def elect(node: NodeHandle, score: int, deadline_ns: int, hop_limit: int = 32) -
     if not 0 <= score <= MOST_SCORE:
         text = f"a score of an election is from 0 to {MOST_SCORE}, got {score}"
         raise AlgorithmError(text)
+    if node.now_ns >= deadline_ns:
+        return None
     own = best = (score, -node.id)
     for speak_ns in [*_moments_ns(node, score, deadline_ns), deadline_ns]:
         best = yield from _heard(node, best, speak_ns)

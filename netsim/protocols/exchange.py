@@ -58,6 +58,36 @@ def exchange(
     return {partner: heard[partner] for partner in sorted(partners) if partner in heard}
 
 
+def ask_again(
+    node: NodeHandle, kind: str, partners: Collection[int], until_ns: int, attempts: int = 3
+) -> Op[Mapping[int, bytes]]:
+    """Ask partners for what they told at the start, as a node does that was down and comes back.
+
+    Who serves such requests answers them alone: `kind + REQUEST` with a message of the kind.
+
+    Args:
+        node: The node.
+        kind: Kind of what is asked for.
+        partners: Whom to ask.
+        until_ns: When to give up, by the node's clock.
+        attempts: How often to ask those that have not answered.
+
+    Returns:
+        What each partner said, as soon as all have answered; at `until_ns` those that have not are missing.
+    """
+    heard: dict[int, bytes] = {}
+    begin_ns = node.now_ns
+    for attempt in range(attempts):
+        end_ns = begin_ns + (attempt + 1) * (until_ns - begin_ns) // attempts
+        for partner in sorted(set(partners) - heard.keys()):
+            node.send(partner, kind + REQUEST, b"", causes=())
+        while len(heard) < len(partners) and node.now_ns < end_ns:
+            message = yield from node.receive(kinds={kind}, timeout_ns=end_ns - node.now_ns)
+            if message is not None and message.source in partners:
+                heard[message.source] = message.payload
+    return heard
+
+
 def _moment(node: NodeHandle, begin_ns: int, share_ns: int, attempt: int) -> Op[None]:
     """Wait for a random moment of an attempt's share of the time."""
     offset_ns = int(node.rng("exchange").random() * share_ns)

@@ -23,6 +23,7 @@ _LOG = 203.0
 
 _SHOWN_LEVELS = ["INFO", "WARN", "ERROR", "CRITICAL"]  # the others can be chosen in the viewer
 
+_TRACK_ORIGIN, _TRACK = "/plots/track", "Distance from target (m)"
 _ROUNDS_ORIGIN, _ROUNDS = "/plots/senders", "Senders per round"
 
 Ranges = tuple[tuple[float, float], tuple[float, float]]
@@ -117,6 +118,7 @@ def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
         (energy.origin, energy.name, corner, energy.legend),
         ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),
         (_ROUNDS_ORIGIN, _ROUNDS, rrb.Corner2D.RightTop, True),
+        (_TRACK_ORIGIN, _TRACK, rrb.Corner2D.RightTop, True),
         ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
         ("/plots/clock", contents.clocks, rrb.Corner2D.LeftTop, True),
     )
@@ -132,9 +134,15 @@ def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
         for origin, name, corner, legend in known
         if origin in contents.present
     ]
-    # Beside the graphical model stands what belongs to it.
-    first = [view.name for view in views].index(_ROUNDS) if _graph_first(contents) else 0
-    return rrb.Tabs(*views, active_tab=first) if views else None
+    names = [view.name for view in views]
+    return rrb.Tabs(*views, active_tab=names.index(_first(contents) or names[0])) if views else None
+
+
+def _first(contents: Contents) -> str | None:
+    """The curves that belong to what the map or the graphical model shows, if they are more than energy."""
+    if _graph_first(contents):
+        return _ROUNDS
+    return _TRACK if {"/map/beliefs", _TRACK_ORIGIN} <= {*contents.present} else None
 
 
 def _graph_first(contents: Contents) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 import rerun as rr
 from rerun.chunk import Chunk
 
+from netsim.replay.beliefs import BeliefTrack
 from netsim.replay.blueprint import Contents, Left, make_blueprint
 from netsim.replay.clocks import ClockTrack
 from netsim.replay.energy import EnergyTrack
@@ -14,6 +15,7 @@ from netsim.replay.faults import FaultTrack
 from netsim.replay.flow import FlowTrack
 from netsim.replay.frames import FrameTrack
 from netsim.replay.lanes import LaneTrack
+from netsim.replay.leaders import LeaderTrack
 from netsim.replay.legend import legend_chunks, marks, rows_of
 from netsim.replay.links import LinkTrack
 from netsim.replay.lives import DownTrack
@@ -23,9 +25,11 @@ from netsim.replay.options import Pace, ReplayOptions, decide
 from netsim.replay.plots import AccuracyTrack, RateTrack, RoundTrack
 from netsim.replay.routes import RouteTrack
 from netsim.replay.scene import Scene, field_chunks, load_scene
+from netsim.replay.sensors import sensor_chunks
 from netsim.replay.source import Batch, batches
 from netsim.replay.text import LogTrack
 from netsim.replay.track import Kinds, Setting, Track
+from netsim.replay.trails import TrailTrack
 from netsim.trace.events import Frame, NodeEnergy
 from netsim.trace.reader import last_time_ns, read_trace, trace_metadata
 
@@ -73,6 +77,7 @@ class Conversion:
     def _chunks(self) -> Iterator[Chunk]:
         yield from field_chunks(self.scene)
         yield from node_chunks(self.scene, self.pace)
+        yield from sensor_chunks(self.trace, self.scene)
         window_ns, lead_ns = self.pace.start_ns, max(0, self.pace.start_ns - self.pace.hold_ns - _LEAD_NS)
         past = {topic for track in self._tracks if track.past for topic in track.topics} - {Frame.topic}
         if lead_ns:
@@ -139,4 +144,5 @@ def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) ->
 def _tracks(setting: Setting) -> list[Track]:
     tracks: list[Track] = [make(setting) for make in (LinkTrack, RouteTrack, RateTrack, NodeColourTrack, DownTrack)]
     tracks += [make(setting) for make in (FaultTrack, TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
+    tracks += [make(setting) for make in (BeliefTrack, LeaderTrack, TrailTrack)]
     return tracks

@@ -21,6 +21,7 @@ _GAP_CHARACTERS = 4
 _MARK_DEPTH = 0.22  # depths as fractions of a row
 _LABEL_DEPTH = 0.4
 _CIRCLE = np.column_stack([np.cos(np.linspace(0.0, 2 * np.pi, 33)), np.sin(np.linspace(0.0, 2 * np.pi, 33))])
+_SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 _STROKES = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
 
 
@@ -36,6 +37,7 @@ class Mark:
         outline: Colour of a hollow diamond.
         ring: Colour of a circle.
         cross: Colour of a cross.
+        square: Colour and half the side of a hollow square.
     """
 
     label: str
@@ -45,6 +47,7 @@ class Mark:
     outline: style.Rgba | None = None
     ring: style.Rgba | None = None
     cross: style.Rgba | None = None
+    square: tuple[style.Rgba, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,7 @@ def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
 
 
 def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
+    yield from _track_marks(present)
     if "/map/targets" in present:
         yield Mark("target", outline=style.TARGET)
     if "/map/estimates" in present:
@@ -123,6 +127,24 @@ def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
     if "/map/links" in present:
         colours = style.prr_colours(np.array([1.0, 0.5, 0.0])).tolist()
         yield Mark("link: good to bad", lines=[tuple(colour) for colour in colours])
+
+
+def _track_marks(present: Collection[str]) -> Iterator[Mark]:
+    """Of a belief and who holds it."""
+    for kind, colour in style.SENSOR_COLOURS.items():
+        if f"/map/{kind}_sensors" in present:
+            alive: style.Rgba = tuple(style.energy_colours(np.array([1.0]))[0].tolist())
+            yield Mark(f"{kind} sensor", discs=[(0.0, 0.95, colour), (0.0, 0.76, style.RIM), (0.0, 0.62, alive)])
+    if "/map/beliefs" in present:
+        colours = style.belief_colours(np.array([1.0, 0.3, 0.02])).tolist()
+        yield Mark(
+            "belief: likely to unlikely",
+            discs=[(s, 0.7, tuple(c)) for s, c in zip((-1.3, 0.0, 1.3), colours, strict=True)],
+        )
+    if "/map/leaders" in present:
+        yield Mark("leader", square=(style.LEADER, 0.9))
+    if "/map/neighbours" in present:
+        yield Mark("its neighbours", square=(style.NEIGHBOUR, 0.75))
 
 
 def rows_of(entries: Sequence[Mark]) -> list[list[Mark]]:
@@ -195,6 +217,9 @@ def _lines_of(entry: Mark, place: NDArray[np.float64], size_m: float) -> Iterato
         yield diamond(place[None], 0.9 * size_m)[0], entry.outline
     if entry.ring is not None:
         yield place + 0.8 * size_m * _CIRCLE, entry.ring
+    if entry.square is not None:
+        colour, half = entry.square
+        yield place + half * size_m * _SQUARE, colour
     if entry.cross is not None:
         yield from ((place + 0.45 * size_m * stroke, entry.cross) for stroke in _STROKES)
     length = 3.2 * size_m / max(1, len(entry.lines))

@@ -37,6 +37,13 @@ LABEL: Rgba = (205, 212, 222, 255)
 TARGET: Rgba = (255, 205, 170, 255)
 ESTIMATE: Rgba = (255, 70, 220, 255)
 ESTIMATE_DIM: Rgba = (255, 70, 220, 150)
+TRAIL: Rgba = (255, 150, 235, 255)
+TARGET_DIM: Rgba = (190, 150, 125, 255)
+LEADER: Rgba = (255, 255, 255, 255)
+NEIGHBOUR: Rgba = (165, 175, 190, 255)
+SENSOR_COLOURS: dict[str, Rgba] = {"amplitude": (245, 179, 1, 255), "bearing": (63, 190, 235, 255)}
+UNIFORM_BELIEF = 0.02
+"""Probability, over that of the most probable cell, as which cells are drawn that are all equally probable."""
 DEAD: Rgba = (38, 40, 46, 255)
 CRASHED: Rgba = (235, 240, 250, 255)
 ROUTE: Rgba = (105, 125, 215, 255)
@@ -82,6 +89,7 @@ RADIO_COLOURS: dict[str, Rgba] = {
 # Higher is nearer to the eye.
 _LAYERS = (
     "field",
+    "beliefs",
     "ways",
     "links",
     "routes",
@@ -91,15 +99,20 @@ _LAYERS = (
     "messages",
     "losses",
     "faults",
+    "sensors",
     "rims",
     "nodes",
     "dead",
+    "leaders",
+    "trails",
     "estimates",
     "legend",
 )
 ORDER = {name: float(10 * rank) for rank, name in enumerate(_LAYERS)}
 
 _ENERGY_STOPS = np.array([(214, 48, 49), (240, 200, 60), (46, 190, 96)], float)
+_BELIEF_STOPS = np.array([(70, 42, 130), (150, 50, 140), (225, 85, 90), (255, 200, 110)], float)
+_BELIEF_ALPHA = (70.0, 215.0)
 _PRR_STOPS = np.array([(105, 40, 35), (88, 80, 32), (36, 84, 52)], float)
 
 
@@ -113,6 +126,17 @@ def shade(fraction: NDArray[np.float64], stops: NDArray[np.float64], alpha: int)
 def energy_colours(fraction: NDArray[np.float64]) -> Colours:
     """Red when empty over yellow to green when full; shape (n, 4)."""
     return shade(fraction, _ENERGY_STOPS, 255)
+
+
+def belief_colours(share: NDArray[np.float64]) -> Colours:
+    """Dim violet over red to bright yellow for probabilities over the greatest one; shape (n, 4).
+
+    By the square root, so that unlikely cells are seen too.
+    """
+    root = np.sqrt(np.clip(share, 0.0, 1.0))
+    colours = shade(root, _BELIEF_STOPS, 255)
+    colours[:, 3] = np.interp(root, (0.0, 1.0), _BELIEF_ALPHA).astype(np.uint8)
+    return colours
 
 
 def prr_colours(prr: NDArray[np.float64]) -> Colours:

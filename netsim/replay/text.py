@@ -20,6 +20,7 @@ from netsim.trace.events import (
     EnergyBudget,
     Fault,
     Frame,
+    Handoff,
     Identity,
     Log,
     MessageDropped,
@@ -55,6 +56,7 @@ class LogTrack:
             Role.topic: self._roles,
             Association.topic: self._decisions,
             Identity.topic: self._identities,
+            Handoff.topic: self._handoffs,
             Fault.topic: partial(fault_lines, label=setting.label),
             EnergyBudget.topic: partial(budget_lines, label=setting.label),
             RouteChange.topic: RouteLines(setting.label),
@@ -119,6 +121,21 @@ class LogTrack:
     def _roles(self, batch: Batch) -> Lines:
         parts = zip(self._names(batch, "node"), batch.texts("role"), batch.numbers("holds"), strict=True)
         texts = [f"{node}: {'becomes' if holds else 'is no longer'} {role}" for node, role, holds in parts]
+        return batch.time_ns, texts, ["INFO"] * len(texts)
+
+    def _handoffs(self, batch: Batch) -> Lines:
+        parts = zip(
+            self._names(batch, "node"),
+            batch.numbers("target").tolist(),
+            self._names(batch, "destination"),
+            batch.rows("candidate")[1].tolist(),
+            batch.numbers("payload_byte").tolist(),
+            strict=True,
+        )
+        texts = [
+            f"{node}: hands track {track} to {chosen}, chosen among {count} ({size_byte} byte)"
+            for node, track, chosen, count, size_byte in parts
+        ]
         return batch.time_ns, texts, ["INFO"] * len(texts)
 
     def _decisions(self, batch: Batch) -> Lines:

@@ -29,6 +29,7 @@ from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
 from netsim.scenario.route_costs import PlannedRoutes
 from netsim.sim.clock import Clock
+from netsim.sim.faults.roles import RoleHolders
 from netsim.sim.handle import Handle
 from netsim.sim.mobility import Mobility
 from netsim.sim.node import Identity, Node, Service
@@ -132,10 +133,11 @@ class _Builder:
         self._loaded = loaded
         self._scenario = loaded.scenario
         self._clock = clock
-        self._recorder = Recorder(lambda: clock.now_ns, observers)
+        holders = RoleHolders()
+        self._recorder = Recorder(lambda: clock.now_ns, [*observers, holders])
         self._streams = Streams(self._scenario.seed, self._scenario.repetition)
         self._places = places(loaded, self._streams)
-        self._faults = FaultMaker(loaded, clock, self._recorder, self._streams, self._places)
+        self._faults = FaultMaker(loaded, clock, self._recorder, self._streams, self._places, holders)
         self._air = air_between(self._places, loaded, self._streams)
         self._problem = _problem(self._places, self._streams, loaded, self._air)
         scenario, streams, recorder = self._scenario, self._streams, self._recorder

@@ -9,7 +9,20 @@ from typing import Any, Final, NamedTuple
 
 from netsim.algorithms.registry import CHEN_2006, LIU_2002
 from netsim.metrics.lifetime import DutyPlan
-from netsim.models import batteries, fading, first_order, harvest, lora, media, modulation, noise, placement, tracks
+from netsim.models import (
+    batteries,
+    fading,
+    first_order,
+    harvest,
+    lora,
+    manoeuvre,
+    media,
+    modulation,
+    noise,
+    placement,
+    sound,
+    tracks,
+)
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
 from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution, tracking
@@ -57,6 +70,9 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
     tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
     tracking.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
+    sound.MicrophoneArray: Cited("sensor model", f"{LIU_2002}, section 5.2.1; sound and noise are netsim's own"),
+    **_own("track", tracks.WaypointTrack, tracks.FileTrack),
+    manoeuvre.ManoeuvreTrack: Cited("track", "Gauss-Markov mobility, Liang and Haas 1999"),
     tracks.StraightTrack: Cited("track", f"{LIU_2002}, section 5.1"),
     **_own("problem", NoProblemParameters),
     coverage.DiscCoverage: Cited("coverage", f"{CHEN_2006}, section 4.1"),
@@ -132,7 +148,7 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     **_own("placement", placement.GridPlacement, placement.JitteredGridPlacement, placement.UniformPlacement),
     **_own("placement", placement.PoissonDiskPlacement, placement.ListedPlacement, placement.CsvPlacement),
     **_own("mobility", WaypointMobility),
-    **_own("fault", rules.CrashRule, rules.OutageRule, rules.PartitionRule),
+    **_own("fault", rules.CrashRule, rules.RoleCrashRule, rules.OutageRule, rules.PartitionRule),
     rules.GilbertElliottRule: Cited(
         "fault", "Gilbert, Bell System Technical Journal 39 (1960); Elliott, ibid. 42 (1963)"
     ),
@@ -142,9 +158,10 @@ CITED: Final[Mapping[type[Any], Cited]] = {
 """By the class of the record, or of the model that a device table chooses."""
 
 NAMES: Final[Mapping[type[Any], str]] = {
-    tracking.AcousticTarget: "sound source",
+    tracking.AcousticTarget: "sound-source",
     tracking.AssumedAmplitude: "amplitude",
-    tracking.AssumedBearing: "direction of arrival",
+    tracking.AssumedBearing: "bearing",
+    sound.MicrophoneArray: "microphones",
     modulation.OQpsk: "o-qpsk",
     modulation.NcFsk: "nc-fsk",
     modulation.Cc2420Fit: "cc2420-fit",

@@ -10,7 +10,9 @@ from netsim.models.device_tables import Kind, shipped
 from netsim.models.media import IdealMediumParameters, MediumParameters, TraceMediumParameters
 from netsim.models.noise import ReplayedNoiseParameters
 from netsim.models.placement import CsvPlacement
+from netsim.models.tracks import FileTrack
 from netsim.problems.graph import GraphFile, GraphParameters
+from netsim.problems.tracking import AcousticTarget, TrackingParameters
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.schema import DeviceBattery, NodeGroup, Scenario
 
@@ -88,7 +90,17 @@ class Gathering:
     def _problem(self, problem: Any) -> Any:
         if isinstance(problem, GraphParameters) and isinstance(problem.graph, GraphFile):
             return replace(problem, graph=replace(problem.graph, path=self._copied(problem.graph.path)))
+        if isinstance(problem, TrackingParameters):
+            return replace(problem, targets=tuple(self._target(target) for target in problem.targets))
         return problem
+
+    def _target(self, target: AcousticTarget) -> AcousticTarget:
+        track = target.track
+        return (
+            replace(target, track=replace(track, file=self._copied(track.file)))
+            if isinstance(track, FileTrack)
+            else target
+        )
 
     def _modules(self) -> list[Input]:
         """Modules of the user's own algorithms with what they import from beside the scenario; they must lie there, too."""

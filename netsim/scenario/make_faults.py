@@ -19,7 +19,8 @@ from netsim.sim.clock import Clock
 from netsim.sim.faults.announce import named
 from netsim.sim.faults.frames import FrameFaults
 from netsim.sim.faults.packets import PacketFaults
-from netsim.sim.faults.rules import CrashRule, FaultRule, JammerRule, NodeRef, PartitionRule
+from netsim.sim.faults.roles import RoleCrash, RoleHolders, RoleStrike
+from netsim.sim.faults.rules import CrashRule, FaultRule, JammerRule, NodeRef, PartitionRule, RoleCrashRule
 from netsim.sim.faults.schedule import Crashes, CrashSchedule, JammerSchedule
 from netsim.sim.faults.sensors import Reading, faulty
 from netsim.sim.medium import SinrMedium
@@ -75,16 +76,24 @@ class FaultMaker:
         recorder: Where faults are told.
         streams: Random streams of the run.
         places: The nodes.
+        holders: Who holds which role.
 
     Raises:
         ScenarioError: For nodes that do not exist, or whom a rule does not fit.
     """
 
     def __init__(
-        self, loaded: LoadedScenario, clock: Clock, recorder: Recorder, streams: Streams, places: Sequence[Place]
+        self,
+        loaded: LoadedScenario,
+        clock: Clock,
+        recorder: Recorder,
+        streams: Streams,
+        places: Sequence[Place],
+        holders: RoleHolders,
     ) -> None:
         self._loaded = loaded
         self._clock = clock
+        self._holders = holders
         self._streams = streams
         self._places = places
         self._names = NodeNames(places)
@@ -112,6 +121,8 @@ class FaultMaker:
         for parts, rule in zip(self._parts, self._rules, strict=True):
             if isinstance(rule, CrashRule):
                 self._crash(parts, rule, simulation)
+            elif isinstance(rule, RoleCrashRule):
+                self._crash_role(parts, rule, simulation)
             elif isinstance(rule, JammerRule):
                 self._jam(parts, rule, medium)
             else:
@@ -132,6 +143,18 @@ class FaultMaker:
         )
         stream = lambda node: self._streams.generator(f"{parts.name}/node/{node}")  # noqa: E731
         CrashSchedule(self._clock, crashes, simulation.crash, parts.announcer, stream)
+
+    def _crash_role(self, parts: FaultParts, rule: RoleCrashRule, simulation: Simulation) -> None:
+        share = float(self._streams.generator(f"{parts.name}/instant").random())
+        at_ns = s_to_ns(rule.at_s + share * rule.spread_s)
+        down_ns = None if rule.reboot_after_s is None else s_to_ns(rule.reboot_after_s)
+        RoleCrash(
+            self._clock,
+            self._holders,
+            RoleStrike(rule.role, at_ns, down_ns, rule.most),
+            simulation.crash,
+            parts.announcer,
+        )
 
     def _jam(self, parts: FaultParts, rule: JammerRule, medium: AnyMedium) -> None:
         if not isinstance(medium, SinrMedium):

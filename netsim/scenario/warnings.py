@@ -5,7 +5,8 @@ from itertools import chain
 
 from netsim.models.device_tables import load_radio
 from netsim.scenario.load import LoadedScenario
-from netsim.sim.faults.rules import CrashRule, OutageRule
+from netsim.scenario.tracking_warnings import tracking_warnings
+from netsim.sim.faults.rules import CrashRule, OutageRule, RoleCrashRule
 from netsim.sim.mac.lpl_timing import LplParameters
 from netsim.sim.mac.tdma import TdmaParameters
 from netsim.units import s_to_ns
@@ -13,7 +14,10 @@ from netsim.units import s_to_ns
 
 def scenario_warnings(loaded: LoadedScenario) -> Iterator[str]:
     """What a valid scenario does that is without effect or at odds with itself, each once."""
-    checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (_time_sync, _faults, _duty_cycles, _guard_time)
+    checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (
+        *(_time_sync, _faults, _duty_cycles, _guard_time),
+        tracking_warnings,
+    )
     yield from chain.from_iterable(check(loaded) for check in checks)
 
 
@@ -26,7 +30,7 @@ def _time_sync(loaded: LoadedScenario) -> Iterator[str]:
 def _faults(loaded: LoadedScenario) -> Iterator[str]:
     duration_s = loaded.scenario.duration_s
     for index, rule in enumerate(loaded.scenario.faults):
-        if isinstance(rule, CrashRule) and rule.at_s is not None and rule.at_s >= duration_s:
+        if isinstance(rule, CrashRule | RoleCrashRule) and rule.at_s is not None and rule.at_s >= duration_s:
             yield f"faults[{index}]: the crash at {rule.at_s:g} s never comes: the run ends at {duration_s:g} s"
         if isinstance(rule, OutageRule):
             groups = {group.name for group in loaded.scenario.nodes}

@@ -17,7 +17,7 @@ import pandas as pd
 
 from netsim.errors import ScenarioError
 from netsim.reading import parse, to_plain, validate
-from netsim.study.cells import Cell, cells_of, figures_of
+from netsim.study.cells import Cell, Draw, Figures, cells_of, figures_of
 from netsim.study.compare import in_order, unit_of
 from netsim.study.differences import EQUAL, Difference, paired, unpaired
 from netsim.study.gate import Gate, Judgement
@@ -180,19 +180,19 @@ def _match(first: StudyResults, other: StudyResults) -> Match:
         message = f"{other.folder}: expected a variant that {first.folder} has too, got none of the same levels"
         raise ScenarioError(message)
     is_paired = any(not base[labels].rows.keys().isdisjoint(later[labels].rows) for labels in both)
-    tables = first.trials, other.trials
     cells = {words(base[labels].levels): (base[labels], later[labels]) for labels in both}
     lonely = [
         words(cells[labels].levels) for cells, rest in ((base, later), (later, base)) for labels in cells.keys() - rest
     ]
     metrics = _metrics(first, other)
+    figures = [(figures_of(first.trials, metric), figures_of(other.trials, metric)) for metric in metrics]
     rolls = roll_of(first, is_paired=is_paired), roll_of(other, is_paired=is_paired)
     return Match(
         str(other.folder),
         is_paired,
         sum(_digest(first, base[labels]) != _digest(other, later[labels]) for labels in both),
-        [_line(metric, *_means(tables, list(cells.values()), metric, is_paired), is_paired) for metric in metrics],
-        {name: [_line(metric, tables, pair, is_paired) for metric in metrics] for name, pair in cells.items()},
+        [_line(*_means(each, list(cells.values()), is_paired), is_paired) for each in figures],
+        {name: [_line(each, pair, is_paired) for each in figures] for name, pair in cells.items()},
         sorted(lonely),
         (tally_of(str(first.folder), rolls[0]), tally_of(str(other.folder), rolls[1])),
         lost(*rolls),
@@ -230,39 +230,37 @@ def _is_numeric(column: "pd.Series[Any]") -> bool:
     return not any(isinstance(value, str) for value in column.tolist())
 
 
-Tables = tuple[pd.DataFrame, pd.DataFrame]
+Both = tuple[Figures, Figures]
 Pair = tuple[Cell, Cell]
 
 
-def _line(metric: str, tables: Tables, pair: Pair, is_paired: bool) -> Line:
-    """A metric in the two cells, one of each table; the tables are joined, for pairs to be found by their draws."""
+def _line(figures: Both, pair: Pair, is_paired: bool) -> Line:
+    """A metric in the two cells, one of each study; their figures are put together, for pairs to be found by their draws."""
     base, later = pair
-    rows = [*base.rows.values()], [*later.rows.values()]
-    joined = pd.concat([table.iloc[chosen] for table, chosen in zip(tables, rows, strict=True)], ignore_index=True)
+    numbers = [each.numbers[row] for each, cell in zip(figures, pair, strict=True) for row in cell.rows.values()]
     first = Cell(0, base.levels, {draw: place for place, draw in enumerate(base.rows)})
     second = Cell(1, later.levels, {draw: len(first.rows) + place for place, draw in enumerate(later.rows)})
-    compare = paired if is_paired else unpaired
-    return Line(metric, unit_of(metric), compare(figures_of(joined, metric), second, first))
+    compare, metric = paired if is_paired else unpaired, figures[0].metric
+    return Line(metric, unit_of(metric), compare(Figures(metric, numbers), second, first))
 
 
-def _means(tables: Tables, pairs: Sequence[Pair], metric: str, is_paired: bool) -> tuple[Tables, Pair]:
+def _means(figures: Both, pairs: Sequence[Pair], is_paired: bool) -> tuple[Both, Pair]:
     """The mean over all variants for each draw that has a figure in every one of them; if paired, in both studies.
 
     Variants of one draw share its random numbers, so a draw counts once, whatever the number of variants.
     """
-    means = [dict(_draw_means(table, [pair[side] for pair in pairs], metric)) for side, table in enumerate(tables)]
+    means = [dict(_draw_means(each, [pair[side] for pair in pairs])) for side, each in enumerate(figures)]
     if is_paired:
         means = [{draw: each[draw] for draw in each if all(draw in other for other in means)} for each in means]
-    base, later = (pd.DataFrame({metric: list(each.values())}) for each in means)
+    base, later = (Figures(figures[0].metric, list(each.values())) for each in means)
     cells = (Cell(_OVERALL, {}, {draw: place for place, draw in enumerate(each)}) for each in means)
     first, second = cells
     return (base, later), (first, second)
 
 
-def _draw_means(table: pd.DataFrame, cells: Sequence[Cell], metric: str) -> Iterator[tuple[tuple[int, int], float]]:
-    figures = figures_of(table, metric).numbers
+def _draw_means(figures: Figures, cells: Sequence[Cell]) -> Iterator[tuple[Draw, float]]:
     for draw in sorted({draw for cell in cells for draw in cell.rows}):
-        found = [figures[cell.rows[draw]] for cell in cells if draw in cell.rows]
+        found = [figures.numbers[cell.rows[draw]] for cell in cells if draw in cell.rows]
         values = [value for value in found if value is not None]
         if len(values) == len(cells):
             yield draw, sum(values) / len(values)

@@ -109,6 +109,7 @@ class StudyInfo:
         warnings: Traps that variants fall into, in words.
         command: What made the study, as typed.
         versions: Of netsim, Python and the packages that figures depend on, where the study was last begun or resumed.
+        plots: What plots show besides means: `trials`, `distribution`.
         builds: By what the trials with figures were run, the most frequent first; empty before there are tables.
     """
 
@@ -130,6 +131,7 @@ class StudyInfo:
     command: str
     versions: Mapping[str, str]
     builds: tuple[BuildInfo, ...] = ()
+    plots: tuple[str, ...] = ()
 
     @property
     def axis_names(self) -> list[str]:
@@ -171,7 +173,7 @@ class StudyInfo:
         if given.pop("format", None) != FORMAT:
             message = f"not a study of format {FORMAT}"
             raise ValueError(message)
-        given = {"warnings": (), "builds": ()} | given  # which folders of early versions lack
+        given = {"warnings": (), "builds": (), "plots": ()} | given  # which folders of early versions lack
         try:
             return cls(
                 **given
@@ -183,12 +185,15 @@ class StudyInfo:
                     "builds": tuple(BuildInfo(**build) for build in given["builds"]),
                     "published": tuple(PublishedInfo(**figure) for figure in given["published"]),
                     "sources": tuple(SourceInfo(**source) for source in given["sources"]),
-                    **{name: tuple(given[name]) for name in ("seeds", "repetitions", "metrics", "costs", "warnings")},
+                    **{name: tuple(given[name]) for name in _LISTS},
                 }
             )
         except (KeyError, TypeError) as error:
             message = f"not a whole description of a study: {error}"
             raise ValueError(message) from error
+
+
+_LISTS = ("seeds", "repetitions", "metrics", "costs", "warnings", "plots")
 
 
 def _seed(given: Mapping[str, Any]) -> dict[str, int]:

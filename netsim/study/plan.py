@@ -107,6 +107,7 @@ class Plan:
             warnings=self.warnings,
             command=command,
             versions=versions(),
+            plots=study.plots,
         )
 
     @cached_property

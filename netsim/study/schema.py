@@ -24,6 +24,8 @@ from netsim.parameters import Name, NonNegative, NonNegativeInt, PositiveInt, pa
 Level = str | bool | int | float | None
 """What names a place on an axis, in tables and on plots."""
 
+PlotMore = Literal["trials", "distribution"]
+
 
 @parameters
 class Range:
@@ -81,7 +83,7 @@ class Axis:
     """Paths that change together, each with its list of values: the first of each list, then the second, ..."""
     cases: Annotated[tuple[Case, ...], MinLen(1)] | None = None
     """Named alternatives: algorithms, radios or whole scenarios side by side."""
-    labels: tuple[Name, ...] | None = None
+    labels: tuple[Name | int | float, ...] | None = None
     """What each place on the axis is called, where its value is no good name."""
 
     def __post_init__(self) -> None:
@@ -172,5 +174,8 @@ class Study:
     """The metrics it is held against; by default joules, radio messages, bytes and latency."""
     compare: Comparison | None = None
     """Paired differences; by default along the first axis, against its first level."""
+    plots: tuple[PlotMore, ...] = ()
+    """What plots show besides: `trials` every trial as a dot along the axes, `distribution` the share of trials at or below
+    each value of the metrics that are compared."""
     published: tuple[Published, ...] = ()
     """Published figures, put beside the measured ones."""

@@ -12,12 +12,13 @@ eight places where it can start.
 import ast
 import inspect
 import struct
-import textwrap
+import sys
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
 from itertools import groupby, pairwise
 from operator import attrgetter
+from types import ModuleType
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -91,16 +92,21 @@ def _comment(text: str) -> list[str]:
 
 def _field_notes(event_type: type[Event]) -> dict[str, str]:
     """The string under each field of a class; empty where the source is not at hand."""
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(event_type)))
-    except OSError:
-        return {}
-    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
     notes: dict[str, str] = {}
-    for field, note in pairwise(body):
+    for field, note in pairwise(_bodies(sys.modules[event_type.__module__]).get(event_type.__qualname__, [])):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(note, ast.Expr):
             notes[field.target.id] = inspect.cleandoc(str(ast.literal_eval(note.value)))
     return notes
+
+
+@cache
+def _bodies(module: ModuleType) -> dict[str, list[ast.stmt]]:
+    """The statements of each class of a module, by name; it is parsed once, since that takes as long as a short run."""
+    try:
+        tree = ast.parse(inspect.getsource(module))
+    except OSError:
+        return {}
+    return {node.name: node.body for node in tree.body if isinstance(node, ast.ClassDef)}
 
 
 def encode(event: Event) -> bytes:

@@ -31,7 +31,7 @@ from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.graph_model import GraphInstance
 from netsim.kernels.trmp import run_trmp
-from netsim.trace.events import Association, Problem
+from netsim.trace.events import Association, Marginals, Problem
 
 
 def forests_of(keep: Keep) -> list[frozenset[tuple[int, int]]]:
@@ -156,6 +156,13 @@ def test_a_variable_model_with_its_marginals():
     instance = GraphInstance.from_json(keep.of(Problem)[0].content_json)
     results = run_trmp(instance.vertices(), forests=forests_of(keep))
     assert figures["map_proved"] == int(all(part.proved for part in results))
+    states = {vertex: state for part in results for vertex, state in part.states.items()}
+    last = {event.variable: event for event in keep.of(Marginals)}
+    assert sorted(last) == list(range(len(instance.graph.cardinalities)))
+    for variable, event in last.items():
+        assert event.is_max
+        assert sum(event.probability) == pytest.approx(1.0)
+        assert (int(np.argmax(event.probability)),) == states[variable]
 
 
 def test_time_over_is_not_proved():

@@ -65,9 +65,11 @@ ADAPTIVE = "csmp, tolerance: adaptive"
 FEW = "csmp, damping: 0.3, messages_per_round: 2"
 
 
-@pytest.mark.parametrize("algorithm", ["max-product", "sum-product", "csmp", "cssp", ADAPTIVE, FEW])
-@pytest.mark.parametrize("seed", [1, 2])
-def test_ideal_rounds_send_and_decide_what_the_central_kernel_does(scenarios: Path, algorithm: str, seed: int) -> None:
+RULES = ["max-product", "sum-product", "csmp", "cssp", ADAPTIVE, FEW]
+
+
+@pytest.mark.parametrize(("seed", "algorithm"), [*((1, rule) for rule in RULES), (2, "csmp")])
+def test_ideal_rounds_send_and_decide_what_the_central_kernel_does(scenarios: Path, seed: int, algorithm: str) -> None:
     overrides = [f"seed={seed}", f"algorithm={{type: {algorithm}, rounds: 6}}", *IDEAL]
     parameters, keep, _ = simulate(scenarios / "chen2006" / "association-csmp.yaml", overrides)
     instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
@@ -101,13 +103,13 @@ def test_ideal_beliefs_equal_the_central_kernels_bit_for_bit(scenarios: Path, fo
         assert np.array_equal(belief, np.exp(central.beliefs[variable]))
 
 
-@pytest.mark.parametrize("payload", ["float32", "float16", "uint8"])
-def test_narrow_payloads_differ_by_little_and_not_by_nothing(scenarios: Path, payload: str) -> None:
+def test_narrow_payloads_differ_by_little_and_not_by_nothing(scenarios: Path) -> None:
     path = scenarios / "graphs" / "grid-sum-product.yaml"
     exact = simulate(path, IDEAL)[2].metrics["marginals"]
-    narrow = simulate(path, [*IDEAL, f"algorithm.payload={payload}"])[2].metrics["marginals"]
-    difference = max(np.abs(np.subtract(exact[name], narrow[name])).max() for name in exact)
-    assert 0.0 < difference < {"float32": 1e-6, "float16": 1e-2, "uint8": 3e-2}[payload]
+    for payload, most in {"float32": 1e-6, "float16": 1e-2, "uint8": 3e-2}.items():
+        narrow = simulate(path, [*IDEAL, f"algorithm.payload={payload}"])[2].metrics["marginals"]
+        difference = max(np.abs(np.subtract(exact[name], narrow[name])).max() for name in exact)
+        assert 0.0 < difference < most, payload
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

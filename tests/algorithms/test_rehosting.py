@@ -23,15 +23,15 @@ PARAMETERS = MaxProductParameters(rounds=ROUNDS, spread_s=0.1, resend=1, rehost=
 
 
 class Mortal:
-    """Runs an algorithm; on one node only until a moment."""
+    """Runs an algorithm; on some nodes only until a moment."""
 
-    def __init__(self, inner: Algorithm, victim: int, end_ns: int) -> None:
+    def __init__(self, inner: Algorithm, victims: Sequence[int], end_ns: int) -> None:
         self._inner = inner
-        self._victim = victim
+        self._victims = victims
         self._end_ns = end_ns
 
     def run(self, node: NodeHandle) -> Op[None]:
-        if node.id != self._victim:
+        if node.id not in self._victims:
             yield from self._inner.run(node)
             return
         task = node.spawn(self._inner.run(node))
@@ -53,11 +53,11 @@ def problem(seed: int) -> tuple[AssociationInstance, int, int, tuple[int, ...]]:
 def simulate(
     instance: AssociationInstance,
     parameters: MaxProductParameters = PARAMETERS,
-    victim: int = -1,
+    *victims: int,
     medium: MessageMedium | None = None,
 ) -> TestRun:
     def made() -> Algorithm:
-        return Mortal(MessagePassing(parameters, Semiring.MAX), victim, 12 * 10**9)
+        return Mortal(MessagePassing(parameters, Semiring.MAX), victims, 12 * 10**9)
 
     return run_algorithm(
         made,
@@ -83,10 +83,10 @@ def moves(run: TestRun, kind: str) -> list[int]:
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_after_a_death_all_decide_as_if_the_next_had_been_the_host_from_the_start(seed: int) -> None:
     instance, target, host, others = problem(seed)
-    run = simulate(instance, victim=host)
+    run = simulate(instance, PARAMETERS, host)
     assert others[0] in moves(run, "rehosted")
     hosted_by = tuple(instance.preferences[t][1] if h == host else h for t, h in enumerate(instance.hosts))
-    elsewhere = simulate(replace(instance, hosts=hosted_by), victim=host)
+    elsewhere = simulate(replace(instance, hosts=hosted_by), PARAMETERS, host)
     assert not moves(elsewhere, "rehosted")
     assert decisions(run, host) == decisions(elsewhere, host)
     assert hosts_at_the_end(run, 9 + target) == {others[0]}
@@ -94,7 +94,7 @@ def test_after_a_death_all_decide_as_if_the_next_had_been_the_host_from_the_star
 
 def test_notices_tell_of_a_death_too() -> None:
     instance, target, host, others = problem(1)
-    run = simulate(instance, replace(PARAMETERS, silence="notice"), victim=host)
+    run = simulate(instance, replace(PARAMETERS, silence="notice"), host)
     assert hosts_at_the_end(run, 9 + target) == {others[0]}
 
 
@@ -110,6 +110,15 @@ def test_a_bad_link_does_not_split_the_variable_for_good(seed: int) -> None:
     assert host in moves(run, "stepped-down")
     assert len(hosts_at_the_end(run, 9 + target)) == 1
     assert decisions(run) == decisions(simulate(instance))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_who_was_told_that_a_host_lives_suspects_it_again_later(seed: int) -> None:
+    """The third candidate never hears the host; the second says that it lives; then both die, and the third takes over."""
+    instance, target, host, others = problem(seed)
+    cut = [rule(DROP, source=a, destination=b) for a, b in ((host, others[1]), (others[1], host))]
+    run = simulate(instance, PARAMETERS, host, others[0], medium=ScriptedMedium(cut))
+    assert hosts_at_the_end(run, 9 + target) == {others[1]}
 
 
 def test_nothing_moves_where_nothing_fails() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from netsim.metrics.collect import Metrics
 from netsim.scenario.load import load
 from netsim.scenario.run import run
-from netsim.trace.events import AlgorithmRecord, Association, Event, Problem
+from netsim.trace.events import AlgorithmRecord, Association, Event, Marginals, Problem
 
 ASSOCIATION = Path("scenarios/chen2006/association-csmp.yaml")
 GRAPH = Path("scenarios/graphs/grid-sum-product.yaml")
@@ -34,7 +34,7 @@ class Keep:
 
 
 def simulate(path: Path, overrides: list[str]) -> tuple[Keep, dict[str, Any]]:
-    keep, metrics = Keep(Problem, Association, AlgorithmRecord), Metrics()
+    keep, metrics = Keep(Problem, Association, AlgorithmRecord, Marginals), Metrics()
     result = run(load(path, overrides), observers=[keep, *metrics.observers])
     assert not result.failures, result.failures
     return keep, metrics.figures()

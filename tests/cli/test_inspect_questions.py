@@ -9,7 +9,8 @@ from mcap.opcode import Opcode
 import netsim
 from netsim.cli.questions import Question, ask
 from netsim.errors import ScenarioError
-from netsim.trace.reader import TruncatedTraceWarning
+from netsim.trace.events import Handoff
+from netsim.trace.reader import TruncatedTraceWarning, read_trace
 
 
 @pytest.fixture(scope="module")
@@ -113,3 +114,11 @@ def test_a_study_is_sent_on_to_its_report(tmp_path: Path, capsys: pytest.Capture
     (tmp_path / "report.html").write_text("")
     ask(tmp_path, Question())
     assert capsys.readouterr().out == f"{tmp_path} is a study, of many runs: look at {tmp_path}/report.html\n"
+
+
+def test_a_leader_says_whom_it_chose(scenarios: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    netsim.run(netsim.load(scenarios / "liu2002" / "tracking.yaml", ["duration_s=0.7"]), folder=tmp_path / "run")
+    (choice,) = (event for _, event in read_trace(tmp_path / "run" / "trace.mcap", {Handoff.topic}))
+    ask(tmp_path / "run", Question(why=f"{choice.node}", at_s=0.65))
+    told = capsys.readouterr().out
+    assert f"n{choice.node:02d} chose n{choice.destination:02d} to lead track 0 next, by utility of n" in told

@@ -1,19 +1,14 @@
 """`netsim lifetime` on the folder of a run."""
 
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from in_process import netsim
 
 from netsim.cli.lifetime import _days
 from netsim.errors import ScenarioError
 from netsim.scenario.outlook import outlook
-
-
-def netsim(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "netsim", *arguments], capture_output=True, text=True, check=False)
 
 
 def test_days_and_assumptions_are_printed(scenarios: Path, tmp_path: Path) -> None:

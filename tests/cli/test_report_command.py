@@ -1,8 +1,6 @@
 """`netsim report`: what it says, and what it says of a folder that is none."""
 
-import subprocess
-import sys
-
+from in_process import netsim
 from typer.testing import CliRunner
 
 from netsim.cli.app import app
@@ -10,9 +8,7 @@ from netsim.cli.report import report_command
 
 
 def test_a_folder_without_a_study_is_one_clear_line(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "netsim", "report", str(tmp_path)], capture_output=True, text=True, check=False
-    )
+    done = netsim("report", tmp_path)
     assert done.returncode == 2
     assert "expected the description of a study, got: no such file" in done.stderr
     assert "Traceback" not in done.stderr

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from in_process import netsim as command
 
 import netsim
 from netsim.metrics.collect import metrics_of
@@ -17,7 +18,8 @@ from netsim.trace.reader import is_complete, read_trace, trace_attachment
 FILES = ("trace.mcap", "metrics.json", "scenario.yaml")
 
 
-def command(*arguments: str, hash_seed: str = "0", cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def as_process(*arguments: str, hash_seed: str = "0", cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run `netsim` as a process of its own."""
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
     return subprocess.run(
         [sys.executable, "-m", "netsim", *arguments],
@@ -32,15 +34,16 @@ def command(*arguments: str, hash_seed: str = "0", cwd: Path | None = None) -> s
 def test_equal_seeds_give_equal_bytes_whatever_the_hash_seed(scenarios: Path, tmp_path: Path) -> None:
     scenario = str(scenarios / "quickstart.yaml")
     outs = [tmp_path / name for name in ("a", "b", "c")]
-    for out, hash_seed in zip(outs, ("0", "0", "12345"), strict=True):
-        assert command("run", scenario, "--out", str(out), hash_seed=hash_seed).returncode == 0
+    for out, hash_seed in zip(outs[:2], ("0", "12345"), strict=True):
+        assert as_process("run", scenario, "--out", str(out), hash_seed=hash_seed).returncode == 0
+    assert command("run", scenario, "--out", outs[2]).returncode == 0
     for name in FILES:
         assert len({(out / name).read_bytes() for out in outs}) == 1, name
     other = tmp_path / "other"
-    assert command("run", scenario, "--seed", "2", "--out", str(other)).returncode == 0
+    assert command("run", scenario, "--seed", "2", "--out", other).returncode == 0
     assert (other / "trace.mcap").read_bytes() != (outs[0] / "trace.mcap").read_bytes()
     bare = tmp_path / "bare"
-    assert command("run", scenario, "--no-trace", "--out", str(bare)).returncode == 0
+    assert command("run", scenario, "--no-trace", "--out", bare).returncode == 0
     assert (bare / "metrics.json").read_bytes() == (outs[0] / "metrics.json").read_bytes()
     assert not (bare / "trace.mcap").exists()
 
@@ -180,7 +183,7 @@ def test_failing_algorithm_is_reported_and_the_others_go_on(tmp_path: Path) -> N
         "kind: scenario\nschema_version: 1\nname: faulty\nnodes:\n  - name: n\n"
         "    placement: {type: grid, rows: 1, columns: 3, spacing_m: 5}\nalgorithm: {type: 'faulty:Faulty'}\n"
     )
-    ended = command("run", "s.yaml", "--out", "out", cwd=tmp_path)
+    ended = as_process("run", "s.yaml", "--out", "out", cwd=tmp_path)
     assert ended.returncode == 1
     assert ended.stderr == "error: node 1: the algorithm raised ValueError('odd') (faulty.py, line 5)\n"
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())

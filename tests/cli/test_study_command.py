@@ -8,17 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from in_process import netsim as command
 
 from netsim.cli.study_progress import duration, remarks
 from netsim.study.dispatch import Standing
 
 ROOT = Path(__file__).parents[2]
-
-
-def command(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
-    words = [sys.executable, "-m", "netsim", *map(str, arguments)]
-    return subprocess.run(words, capture_output=True, text=True, cwd=cwd, env=environment, check=False)
 
 
 def write(folder: Path, **changes: object) -> Path:

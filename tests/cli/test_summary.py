@@ -99,3 +99,60 @@ def test_what_was_proved_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenar
     part = told(quiet, {"map_proved": 0, "map_proved_share": 0.25})["most probable answer"]
     assert part == "not proved (25.00 % of the vertices are)"
     assert "most probable answer" not in told(quiet, {})
+
+
+FOLLOWED = {
+    "estimates": 72,
+    "estimate_error_mean_m": 13.25,
+    "estimate_error_mean_after_start_m": 11.5,
+    "estimates_lost_share": 0.0,
+    "targets_followed_share": 0.96,
+    "track_switches": 0,
+    "track_losses": 0,
+    "nees_estimates": 0,
+    "beliefs": 72,
+    "belief_variance_mean_m2": 265.0,
+    "belief_cells_mean": 126.25,
+    "handoffs": 71,
+    "handoff_neighbours_mean": 3.4375,
+    "handoff_mean_byte": 648.0,
+    "handoff_max_byte": 4602,
+    "handoff_divergence_mean_bit": 4e-16,
+    "handoffs_by_form": {"grid": 71},
+    "leader_nodes": 21,
+    "outages": 0,
+    "two_leaders_s": 0.0,
+    "belief_messages_astray": 0,
+}
+
+
+def test_a_belief_that_wanders_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    rows = told(quiet, FOLLOWED)
+    assert rows["distance of estimate and target, mean of 72"] == "13.25 m"
+    assert rows["variance of the belief, mean"] == "265 m²"
+    assert rows["hand-offs, among 3.4 neighbours"] == "71"
+    assert rows["belief with header, mean"] == "648 byte (at most 4,602)"
+    assert rows["times without a leader"] == "none"
+    noise = ("OSPA", "left out", "track lost", "lost by", "laid out", "two leaders", "switches", "others than", "NEES")
+    assert not [what for what in rows if any(word in what for word in noise)]
+
+
+def test_what_goes_wrong_with_a_belief_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    wrong = {"estimates_lost_share": 0.125, "belief_messages_astray": 2, "two_leaders_s": 0.5} | {
+        "two_leaders_longest_s": 0.25, "outages": 2, "outage_longest_s": 1.5, "outage_total_s": 2.0,
+        "handoffs_by_form": {"gaussian": 30, "grid": 41}, "handoff_divergence_mean_bit": None,
+    }  # fmt: skip
+    rows = told(quiet, FOLLOWED | wrong)
+    assert rows["beyond the cut-off: track lost"] == "12.50 %"
+    assert rows["laid out as"] == "30 gaussian, 41 grid"
+    assert rows["lost by the layout, mean"] == "infinite"
+    assert rows["times without a leader"] == "2 (longest 1.5 s, in all 2 s)"
+    assert rows["with two leaders of a track, longest"] == "0.25 s (in all 0.5 s)"
+    assert rows["beliefs sent to others than the next leader"] == "2"
+
+
+def test_a_central_belief_has_no_leaders(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    central = {name: value for name, value in FOLLOWED.items() if not name.startswith(("handoff", "leader", "outage"))}
+    rows = told(quiet, central)
+    assert "cells of nonzero probability, mean" in rows
+    assert not [what for what in rows if "hand-off" in what or "leader" in what or "led" in what.split()]

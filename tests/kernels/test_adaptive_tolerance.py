@@ -45,6 +45,8 @@ def test_a_change_that_leaves_the_best_state_counts_a_fraction():
     assert RULE.change(surer, old, nothing) == plain.change(surer, old, nothing) / RULE.unchanged
     assert RULE.change(other, old, nothing) == plain.change(other, old, nothing)
     assert RULE.change(surer, uniform(2), nothing) == plain.change(surer, uniform(2), nothing)  # from a tie it decides
+    tied, clear = np.log([0.4, 0.4, 0.2]), np.log([0.5, 0.3, 0.2])
+    assert RULE.change(tied, clear, np.zeros(3)) == plain.change(tied, clear, np.zeros(3))  # a decision is taken back
 
 
 def test_states_that_the_receiver_excludes_do_not_count():
@@ -74,13 +76,27 @@ def test_a_missing_start_message_and_a_repeat_are_signs_of_loss():
     calm = LossSuspicion(RULE, (1, 2))
     calm.listen({1: message, 2: message})
     calm.listen({1: message, 2: np.log([0.2, 0.3, 0.5])})
-    assert calm.repeats == 0
-    calm.listen({1: message.copy(), 2: message})
+    again = message.copy()
+    calm.listen({1: again, 2: message})
+    assert calm.repeats == 0  # a first computed message may be equal to the start message
+    calm.listen({1: again.copy(), 2: message})
     assert calm.loss == RULE.rumoured_loss
     missed = LossSuspicion(RULE, (1, 2))
     missed.listen({1: message})
     assert missed.loss == 0.5
     assert missed.repeats > calm.repeats > 0
+
+
+def test_who_is_never_heard_counts_as_dead_and_not_as_loss():
+    message = uniform(3)
+    suspicion = LossSuspicion(RULE, (1, 2, 3, 4))
+    for _ in range(RULE.rounds_until_settled):
+        suspicion.listen({1: message, 2: message, 3: message})
+        assert suspicion.loss == pytest.approx(2.0 / 6.0)
+    suspicion.listen({1: message, 2: message, 3: message})
+    assert suspicion.repeats == 0
+    suspicion.listen({1: message, 2: message, 3: message, 4: message})  # alive after all
+    assert suspicion.loss == pytest.approx(2.0 / 6.0)
 
 
 def test_the_last_message_is_repeated_and_no_more_often_than_asked():
@@ -117,8 +133,9 @@ def test_a_huge_tolerance_leaves_the_start_round():
     assert result.converged_round == rule.first_quiet_round
 
 
-def test_no_message_is_repeated_where_none_is_lost_and_some_are_where_some_are():
-    rule = CommunicationRule(adaptive=RULE)
+@pytest.mark.parametrize("first", ["init", "both"])
+def test_no_message_is_repeated_where_none_is_lost_and_some_are_where_some_are(first):
+    rule = CommunicationRule(adaptive=RULE, first_round=first)
     vertices, rng = vertices_of(2), np.random.default_rng(1)
     chances = rng.random((20, 40, 40))
     calm = run_synchronous(vertices, Semiring.MAX, 10, rule, stop_when_converged=False)
@@ -127,7 +144,7 @@ def test_no_message_is_repeated_where_none_is_lost_and_some_are_where_some_are()
         vertices, Semiring.MAX, 10, rule, stop_when_converged=False, lost=lambda n, s, t: bool(chances[n, s, t] < 0.3)
     )
     assert calm.rounds == never.rounds
-    no_repeats = CommunicationRule(adaptive=replace(RULE, most_repeats=0))
+    no_repeats = CommunicationRule(adaptive=replace(RULE, most_repeats=0), first_round=first)
     bare = run_synchronous(vertices, Semiring.MAX, 10, no_repeats, stop_when_converged=False)
     assert calm.rounds == bare.rounds
     assert lossy.messages_sent > calm.messages_sent

@@ -72,9 +72,9 @@ def skeleton(instance):
 # The integer programme
 
 
-@pytest.mark.parametrize("block", range(8))
+@pytest.mark.parametrize("block", range(7))
 def test_integer_programme_and_toulbar2_find_the_same_score(block):
-    """240 problems; where all associations can be tried, trying them gives that score too."""
+    """210 problems; where all associations can be tried, trying them gives that score too."""
     tried = 0
     for seed in range(30 * block, 30 * (block + 1)):
         instance = varied(seed)

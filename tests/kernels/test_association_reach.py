@@ -1,5 +1,6 @@
 """What is refused before the start is what the vertices would refuse, and large tables give what small ones do."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import association_oracle as oracle
@@ -14,6 +15,7 @@ from netsim.kernels.assignment import best_assignment, joint_score
 from netsim.kernels.association_reach import demands, largest, require_reach, sensor_states
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.central import run_synchronous
+from netsim.kernels.polar_evidence import polar_log_evidence
 from netsim.kernels.semiring import Semiring, contract, reduce
 from netsim.problems.association import AssociationParameters, UniformTargets
 from netsim.problems.association import build as draw
@@ -131,3 +133,21 @@ def test_of_fifty_problems_of_54_targets_none_is_refused():
     for instance in instances:
         require_reach(instance)
     assert max(max(sensor_states(instance)) for instance in instances) > 2e7  # the paper's figure
+
+
+def test_bearings_too_exact_for_the_quadrature_are_refused_before_the_start(scenarios: Path):
+    exact = ["problem.bearing_sd_rad=0.01", "problem.targets.count=17"]
+    with pytest.raises(ScenarioError, match=r"grid of .* points, more than the 4,000,000 supported"):
+        build(load(scenarios / "chen2006" / "association-bearing.yaml", exact))
+
+
+def test_a_quadrature_over_very_many_choices_is_refused_by_its_size():
+    model = replace(oracle.model("geometric"), measures="bearing", bearing_sd_rad=0.05)
+    base = oracle.instance([(0, 1, 2)], [90, 90, 30], 1, model)
+    bearings = tuple(np.zeros((count, 1)) for count in (90, 90, 30))
+    problem = replace(base, measurements_m=bearings, sensors_m=((4.0, 3.0), (-3.0, 2.0), (0.0, -4.0)))
+    (most,) = (each for each in demands(problem) if "points of the quadrature" in each.who)
+    assert most.share > 1.0
+    at = problem.means_m[0], problem.covariances_m2[0], np.array(problem.sensors_m)
+    with pytest.raises(ScenarioError, match=f"quadrature of one target's evidence has {most.entries} entries"):
+        polar_log_evidence(*at, bearings, "bearing", model.range_sd_m, model.bearing_sd_rad)

@@ -97,6 +97,34 @@ def fine_grid(mean_m, covariance_m2, values, kind):
     return np.einsum("n,an,bn->ab", weight, *tables)
 
 
+@pytest.mark.parametrize("kind", ["bearing", "range_bearing"])
+def test_evidence_has_no_length_of_its_own(kind):
+    """With all lengths scaled alike each range's density scales against them, and nothing else changes."""
+    sensors_m, covariance_m2 = np.array(SENSORS_M[:2]), np.array([[5.0, 0.8], [0.8, 4.0]])
+    mean_m = np.array([3.5, 2.0])  # next to a sensor
+
+    def table(scale):
+        values = [scale * polar([[2.0, 0.0], [-1.0, 1.5]], sensor_m, "range") for sensor_m in sensors_m]
+        angles = [polar([[2.0, 0.0], [-1.0, 1.5]], sensor_m, "bearing") for sensor_m in sensors_m]
+        both = [np.hstack(pair) for pair in zip(values, angles, strict=True)]
+        prior = scale * mean_m, scale**2 * covariance_m2, scale * sensors_m
+        measured = angles if kind == "bearing" else both
+        found = polar_log_evidence(*prior, measured, kind, scale * RANGE_SD_M, BEARING_SD_RAD)
+        used = np.add.outer([0, 1, 1], [0, 1, 1]) if kind == "range_bearing" else np.zeros((3, 3))
+        return found + used * np.log(scale)
+
+    for scale in (0.01, 0.1, 10.0):
+        np.testing.assert_allclose(table(scale), table(1.0), rtol=1e-9, atol=1e-9)
+
+
+def test_what_is_remembered_is_not_what_is_given():
+    """A caller may change its table without changing the next one's."""
+    prior = np.ones(2), np.eye(2), np.zeros((1, 2))
+    first = polar_log_evidence(*prior, [np.array([[0.3]])], "bearing", 1.0, 0.2)
+    first += 1.0
+    assert polar_log_evidence(*prior, [np.array([[0.3]])], "bearing", 1.0, 0.2)[0] == 0.0
+
+
 def test_bearings_wrap():
     prior = np.array([-4.0, 0.0]), 0.5 * np.eye(2), np.zeros((1, 2))
     sides = [np.array([[np.pi - 0.05]]), np.array([[-np.pi + 0.05]]), np.array([[-np.pi - 0.05]])]
@@ -111,6 +139,18 @@ def test_false_alarm_densities_sum_to_one():
     density = np.exp(polar_false_alarm_log_density(radius, "range", RADIUS_M))
     assert density.sum() * RADIUS_M / 20000 == pytest.approx(1.0, abs=1e-4)
     assert polar_false_alarm_log_density(np.zeros((1, 1)), "bearing", RADIUS_M)[0] == pytest.approx(-np.log(2 * np.pi))
+
+
+@pytest.mark.parametrize("sd_rad", [0.1, 0.5, 2.0])
+def test_a_bearing_is_distributed_over_one_turn(sd_rad):
+    """Far away the evidence of a bearing is the wrapped normal: it integrates to one over the circle."""
+    angles = np.linspace(-np.pi, np.pi, 721)[:-1, None]
+    prior = np.array([100.0, 0.0]), 1e-8 * np.eye(2), np.zeros((1, 2))
+    density = np.exp(polar_log_evidence(*prior, [angles], "bearing", 1.0, sd_rad)[1:])
+    assert density.mean() * 2.0 * np.pi == pytest.approx(1.0, abs=1e-9)
+    turns = angles[:, 0] + 2.0 * np.pi * np.arange(-4, 5)[:, None]
+    expected = norm.pdf(turns, 0.0, sd_rad).sum(axis=0)
+    np.testing.assert_allclose(density, expected, rtol=1e-6, atol=1e-13 * expected.max())
 
 
 def test_noise_too_narrow_for_the_grid_says_so():

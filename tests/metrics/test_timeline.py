@@ -10,12 +10,14 @@ from netsim.trace.events import (
     RADIO_STATE_CODE,
     AlgorithmRecord,
     Association,
+    Belief,
     EnergyBudget,
     Estimate,
     Event,
     Fault,
     Frame,
     GraphMessages,
+    Handoff,
     Identity,
     Log,
     Marginals,
@@ -69,12 +71,23 @@ EVENTS: list[tuple[Event, str, str]] = [
     (Marginals(1, 7, [0.25, 0.75], 3, 0), "believes", "marginal of x7: 0.25, 0.75 (after round 3)"),
     (Estimate(1, 2, 3.0, 4.0, []), "estimates", "target 2 at (3, 4) m"),
     (Identity(1, 2, [0.25, 0.75]), "believes", "track 2 follows targets by 0.25, 0.75"),
+    (
+        Belief(1, 2, 9, 0.0, 0.0, 5.0, 10, [3, 4], [0.5, 0.5]),
+        "believes",
+        "step 9 of track 2: 2 cells, spread 2.5 m",
+    ),
+    (
+        Handoff(1, 2, 9, 5, [4, 5], [0.25, 0.5], "grid", 30, 0.125),
+        "chooses",
+        "n5 to lead track 2 next, by utility of n5 0.5, n4 0.25; belief as grid, 30 byte, loses 0.125 bit",
+    ),
     (AlgorithmRecord(1, "phase", '{"n": 2}'), "notes", "phase: n 2"),
     (Log(0, 0, 2, "hello", "node 1", "", 0), "logs", "hello"),
 ]
 OTHERS: list[Event] = [
     NodeLife(2, "started", ""), MessageSent(8, 2, 1, "a", 3, 1, []), RadioState(2, 1), Role(2, "leader", 1),
     frame(2, 3, "received"), MessageDelivered(8, 2, 3, "a", 3, 1, 0), Fault(0, "outage", "ends", [2], ""),
+    Belief(2, 0, 1, 0.0, 0.0, 5.0, 10, [3], [1.0]), Handoff(2, 0, 1, 1, [1], [0.0], "grid", 9, 0.0),
     Association(2, [0], 1), Marginals(2, 7, [1.0], 1, 0), Log(0, 0, 2, "hello", "node 2", "", 0),
 ]  # fmt: skip
 

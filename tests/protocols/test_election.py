@@ -43,3 +43,14 @@ def test_most_keep_silent():
 def test_a_score_out_of_range_is_refused():
     run = run_algorithm(lambda: Elector([-1]), nodes=[0])
     assert isinstance(run.failures[0], AlgorithmError)
+
+
+def test_who_comes_after_the_election_elects_nobody():
+    class Late(Elector):
+        def run(self, node):
+            if node.id == 2:
+                yield from node.pause_until(s_to_ns(2.0))
+            yield from super().run(node)
+
+    run = run_algorithm(lambda: Late([1, 5, 9]), nodes=3).require_success()
+    assert elected(run) == {'{"winner": 1}', '{"winner": None}'}

@@ -159,6 +159,33 @@ def test_crashes_by_name_group_and_time(tmp_path):
     assert figures["fault_strikes_by_rule"] == {"0 crash": 4, "1 crash": 1}
 
 
+@pytest.mark.parametrize(
+    ("rule", "crashes"),
+    [
+        ("{type: role-crash, role: leader, at_s: 3.2}", [(3 * S + S // 5, 2)]),
+        ("{type: role-crash, role: leader, at_s: 2.7, reboot_after_s: 1}", [(3 * S + 1, 2)]),  # nobody leads at 2.7 s
+        ("{type: role-crash, role: jester, at_s: 3.2}", []),
+    ],
+)
+def test_whoever_holds_a_role_crashes(tmp_path, rule, crashes):
+    run = Events(six(tmp_path, rule, algorithm='{type: "fault_algorithms:Turns"}'))
+    assert [(time_ns, event.node) for time_ns, event in run.of(NodeLife) if event.event == "crashed"] == crashes
+    assert [event.node for _, event in run.of(Fault) if event.event == "strikes"] == [[node] for _, node in crashes]
+
+
+def test_the_instant_of_a_role_crash_is_drawn_anew_in_every_repetition(tmp_path):
+    rule = "{type: role-crash, role: leader, at_s: 0.1, spread_s: 0.8}"
+    times = set()
+    for repetition in range(4):
+        more = f"repetition: {repetition}\n"
+        run = Events(six(tmp_path, rule, algorithm='{type: "fault_algorithms:Turns"}', more=more))
+        ((time_ns, node),) = [(time_ns, event.node) for time_ns, event in run.of(NodeLife) if event.event == "crashed"]
+        assert node == 0
+        assert 0.1 * S <= time_ns < 0.9 * S
+        times.add(time_ns)
+    assert len(times) == 4
+
+
 def test_crashes_at_a_rate_are_poisson_and_each_node_has_its_own(tmp_path):
     """Six nodes up for 2000 s less their down-time: crashes at 36 an hour each, 1 s down, within four sd."""
     algorithm = "{type: neighbour-traffic, period_s: 500, rounds: 5}"

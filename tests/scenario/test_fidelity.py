@@ -21,7 +21,7 @@ nodes:
   - {name: sensors, placement: {type: grid, rows: 4, columns: 4, spacing_m: 15, origin_m: [5, 5]}}
 medium: {type: log-distance, exponent: 4.5}
 mac: MAC
-algorithm: {type: neighbour-traffic, period_s: 0.4, rounds: 20, payload_byte: 90, neighbours: 3}
+algorithm: {type: neighbour-traffic, period_s: 0.4, rounds: 6, payload_byte: 90, neighbours: 3}
 """
 ORDER = ("ideal", "prr", "sinr", "csma", "lpl")
 

@@ -10,6 +10,7 @@ from netsim.algorithms.registry import SHIPPED
 from netsim.models.device_tables import load_radio, shipped
 from netsim.models.media import Reception
 from netsim.models.radio_tables import ModulationTable
+from netsim.models.track_files import TrackPoint
 from netsim.models.waypoints import Waypoint
 from netsim.reading.shapes import ListShape, MapShape, RecordShape, TaggedShape, TupleShape, record_fields, shape_of
 from netsim.scenario.citations import CITED, RECEPTION
@@ -17,7 +18,7 @@ from netsim.scenario.load import load
 from netsim.scenario.schema import FieldParameters, NodeGroup, Scenario, TraceParameters
 from netsim.scenario.sources import Source, everything, sources_of
 
-STRUCTURE = {Scenario, NodeGroup, FieldParameters, TraceParameters, Waypoint}
+STRUCTURE = {Scenario, NodeGroup, FieldParameters, TraceParameters, TrackPoint, Waypoint}
 """Records that hold others or plain facts of the scenario: there is no model behind them."""
 
 

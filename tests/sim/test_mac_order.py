@@ -33,7 +33,7 @@ def test_there_is_something_to_compare(reference):
     assert sum(isinstance(event, Frame) for _, event in reference) > 100
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_shuffle_of_simultaneous_events_changes_nothing(loaded, reference, seed):
     assert by_instant(run(loaded, Shuffled(seed))[0]) == by_instant(reference)
 

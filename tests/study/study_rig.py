@@ -107,13 +107,6 @@ def start(*arguments: object, cwd: Path | None = None) -> subprocess.Popen[str]:
     )
 
 
-def netsim(*arguments: object, cwd: Path | None = None) -> tuple[int, str, str]:
-    """Run `netsim`: its exit status and what it printed."""
-    process = start(*arguments, cwd=cwd)
-    out, err = process.communicate(timeout=120)
-    return process.returncode, out, err
-
-
 def wait_for(condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
     """Wait until something is so."""
     deadline_s = time.monotonic() + timeout_s

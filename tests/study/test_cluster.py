@@ -9,7 +9,8 @@ import sys
 import time
 
 import pytest
-from study_rig import ROOT, lines_of, netsim, same_tables, start, wait_for, write_misbehaving, write_study
+from in_process import netsim
+from study_rig import ROOT, lines_of, same_tables, start, wait_for, write_misbehaving, write_study
 
 pytest.importorskip("distributed")
 
@@ -29,12 +30,12 @@ def free_port() -> int:
 class Cluster:
     """A scheduler and its workers."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, workers):
         self.folder = folder
         self.address = f"tcp://127.0.0.1:{free_port()}"
         self.processes = []
         self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", self.address.rpartition(":")[2])
-        self.workers = [self.worker() for _ in range(2)]
+        self.workers = [self.worker() for _ in range(workers)]
 
     def worker(self):
         where = ("--local-directory", str(self.folder), "--host", "127.0.0.1")
@@ -68,7 +69,7 @@ class Cluster:
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    made = Cluster(tmp_path_factory.mktemp("cluster"))
+    made = Cluster(tmp_path_factory.mktemp("cluster"), workers=2)
     try:
         made.wait(2)
         yield made
@@ -76,29 +77,27 @@ def cluster(tmp_path_factory):
         made.stop()
 
 
-def test_serial_pool_and_cluster_give_equal_tables(cluster, tmp_path):
+def test_a_cluster_gives_the_tables_of_this_process(cluster, tmp_path):
     file = write_study(tmp_path)
-    ways = {"serial": ("--jobs", 1), "pool": ("--jobs", 2), "dask": ("--scheduler", cluster.address)}
-    for name, way in ways.items():
-        status, said, err = netsim("study", file, *way, "--out", tmp_path / name, "--no-report")
-        assert status == 0, err
-        assert said.startswith("8 trials in ")
-    assert f"by 2 workers of {cluster.address}" in said
-    same_tables(tmp_path / "pool", tmp_path / "serial")
+    for name, way in {"serial": ("--jobs", 1), "dask": ("--scheduler", cluster.address)}.items():
+        done = netsim("study", file, *way, "--out", tmp_path / name, "--no-report")
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.startswith("8 trials in ")
+    assert f"by 2 workers of {cluster.address}" in done.stdout
     same_tables(tmp_path / "dask", tmp_path / "serial")
 
 
 def test_the_users_own_module_travels_and_is_renewed_when_it_changes(cluster, tmp_path):
     file = write_misbehaving(tmp_path, ["none", "raise"], repetitions=1)
-    status, _, err = netsim("study", file, "--scheduler", cluster.address, "--out", tmp_path / "a", "--no-report")
-    assert status == 1, err
+    done = netsim("study", file, "--scheduler", cluster.address, "--out", tmp_path / "a", "--no-report")
+    assert done.returncode == 1, done.stderr
     assert list(load_results(tmp_path / "a")["status"]) == ["ok", "failed"]
-    assert "ValueError('as told') (misbehaving.py, line " in err
+    assert "ValueError('as told') (misbehaving.py, line " in done.stderr
     module = tmp_path / "misbehaving.py"
     module.write_text(module.read_text().replace("as told", "otherwise"))
-    status, _, err = netsim("study", file, "--scheduler", cluster.address, "--out", tmp_path / "b", "--no-report")
-    assert status == 1
-    assert "ValueError('otherwise')" in err
+    done = netsim("study", file, "--scheduler", cluster.address, "--out", tmp_path / "b", "--no-report")
+    assert done.returncode == 1
+    assert "ValueError('otherwise')" in done.stderr
 
 
 def test_a_trial_that_kills_its_workers_fails_and_the_rest_go_on(tmp_path, cluster):
@@ -107,13 +106,13 @@ def test_a_trial_that_kills_its_workers_fails_and_the_rest_go_on(tmp_path, clust
     before = cluster.workers[1]
     cluster.workers.append(cluster.worker())
     cluster.wait(3)
-    status, _, err = netsim("study", file, "--scheduler", cluster.address, "--out", out, "--no-report")
-    assert status == 0, err
+    done = netsim("study", file, "--scheduler", cluster.address, "--out", out, "--no-report")
+    assert done.returncode == 0, done.stderr
     assert (tmp_path / "marker").exists()
     wait_for(lambda: sum(process.poll() is not None for process in cluster.workers) == 1)
     assert before is cluster.workers[1]
-    status, _, err = netsim("study", file, "--jobs", 1, "--out", tmp_path / "clean", "--no-report")
-    assert status == 0, err
+    done = netsim("study", file, "--jobs", 1, "--out", tmp_path / "clean", "--no-report")
+    assert done.returncode == 0, done.stderr
     same_tables(out, tmp_path / "clean")
 
 
@@ -145,10 +144,10 @@ def test_other_packages_of_workers_are_told_in_one_line():
 
 def test_a_scheduler_that_goes_away_ends_the_study_in_one_line(tmp_path):
     (tmp_path / "dask").mkdir()
-    own = Cluster(tmp_path / "dask")
+    own = Cluster(tmp_path / "dask", workers=1)
     try:
-        own.wait(2)
-        file = write_misbehaving(tmp_path, ["none"], repetitions=40, set={"algorithm.wall_s": 0.1})
+        own.wait(1)
+        file = write_misbehaving(tmp_path, ["none"], repetitions=20, set={"algorithm.wall_s": 0.1})
         out = tmp_path / "out"
         process = start("study", file, "--scheduler", own.address, "--out", out, "--no-report")
         wait_for(lambda: lines_of(out / "trials.jsonl") >= 2)
@@ -161,10 +160,10 @@ def test_a_scheduler_that_goes_away_ends_the_study_in_one_line(tmp_path):
     assert last.startswith(f"error: lost the Dask scheduler at {own.address}")
     assert last.endswith("--resume")
     assert "Traceback" not in err
-    done = lines_of(out / "trials.jsonl")
-    status, _, err = netsim("study", file, "--jobs", 2, "--out", out, "--resume", "--no-report")
-    assert status == 0, err
-    assert f"{done} are finished already" in err
+    finished = lines_of(out / "trials.jsonl")
+    done = netsim("study", file, "--jobs", 1, "--out", out, "--resume", "--no-report")
+    assert done.returncode == 0, done.stderr
+    assert f"{finished} are finished already" in done.stderr
 
 
 def test_no_scheduler_there_is_one_line_and_quick(tmp_path):
@@ -182,6 +181,8 @@ def test_an_address_that_is_none():
 
 @pytest.mark.parametrize("address", ["", "foo://x", "tcp://127.0.0.1", "127.0.0.1:8786", "tcp://a:b"])
 def test_an_address_that_is_none_is_one_line_and_leaves_nothing_behind(tmp_path, address):
-    status, _, err = netsim("study", write_study(tmp_path), "--scheduler", address, "--out", tmp_path / "out")
-    assert status == 2
-    assert err.splitlines() == [f"error: --scheduler: expected an address such as tcp://host:8786, got `{address}`"]
+    done = netsim("study", write_study(tmp_path), "--scheduler", address, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    expected = f"error: --scheduler: expected an address such as tcp://host:8786, got `{address}`"
+    assert done.stderr.splitlines() == [expected]
+    assert not (tmp_path / "out").exists()

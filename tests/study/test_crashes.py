@@ -2,14 +2,16 @@
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from in_process import netsim
 from study_rig import (
     children_of,
     is_alive,
     lines_of,
-    netsim,
     same_tables,
     start,
     wait_for,
@@ -27,8 +29,8 @@ def slow(tmp_path_factory):
     """A study of a dozen trials of 0.15 s, and the folder of an undisturbed run of it."""
     folder = tmp_path_factory.mktemp("slow")
     file = write_misbehaving(folder, ["none"], **SLOW)
-    status, _, err = netsim("study", file, "--jobs", 1, "--out", folder / "whole", "--no-report")
-    assert status == 0, err
+    done = netsim("study", file, "--jobs", 1, "--out", folder / "whole", "--no-report")
+    assert done.returncode == 0, done.stderr
     return file, folder / "whole"
 
 
@@ -58,10 +60,10 @@ def test_a_killed_study_resumed_gives_the_uninterrupted_table_and_leaves_no_work
     before = lines_of(out / "trials.jsonl")
     assert 3 <= before < 12
     assert not (out / "results.csv").exists()
-    status, said, err = netsim("study", file, "--jobs", 2, "--out", out, "--resume", "--no-report")
-    assert status == 0, err
-    assert f"{before} are finished already" in err
-    assert said.startswith(f"{12 - before} trial")
+    done = netsim("study", file, "--jobs", 1, "--out", out, "--resume", "--no-report")
+    assert done.returncode == 0, done.stderr
+    assert f"{before} are finished already" in done.stderr
+    assert done.stdout.startswith(f"{12 - before} trial")
     same_tables(out, whole)
 
 
@@ -77,13 +79,13 @@ def test_the_first_ctrl_c_finishes_running_trials_and_says_how_to_go_on(slow, tm
     assert process.returncode == 130
     assert "finishing the" in err
     assert "Ctrl-C once more to stop at once" in err
-    done = lines_of(out / "trials.jsonl")
-    assert len(load_results(out)) == done < 12
+    finished = lines_of(out / "trials.jsonl")
+    assert len(load_results(out)) == finished < 12
     resuming = f"netsim study {file} --jobs 2 --no-report --out {out} --resume"
-    assert f"interrupted: {done} of 12 trials are finished; go on with: {resuming}" in err
-    assert said.startswith(f"{done} trials in ")
-    status, _, err = netsim(*resuming.split()[1:])
-    assert status == 0, err
+    assert f"interrupted: {finished} of 12 trials are finished; go on with: {resuming}" in err
+    assert said.startswith(f"{finished} trials in ")
+    done = netsim(*resuming.split()[1:])
+    assert done.returncode == 0, done.stderr
     same_tables(out, whole)
 
 
@@ -125,31 +127,29 @@ def test_the_second_ctrl_c_stops_at_once(tmp_path, jobs):
 
 
 def test_a_trial_that_kills_its_worker_fails_and_the_rest_go_on(tmp_path):
-    file = write_misbehaving(tmp_path, ["none", "kill", "kill once"], repetitions=3)
+    file = write_misbehaving(tmp_path, ["none", "kill", "kill once"], repetitions=2)
     out = tmp_path / "out"
-    status, said, err = netsim("study", file, "--jobs", 2, "--out", out, "--no-report")
-    assert status == 1
+    done = netsim("study", file, "--jobs", 2, "--out", out, "--no-report")
+    assert done.returncode == 1
     trials = load_results(out)
     failed = trials[trials["status"] == "failed"]
-    assert list(failed["deed"]) == ["kill"] * 3
+    assert list(failed["deed"]) == ["kill"] * 2
     assert set(failed["error"]) == {"its worker died"}
-    assert "9 trials (3 failed) in " in said
-    assert "error: 3 of 9 trials failed; the first is trial 1 (deed=kill, repetition 0): its worker died" in err
-    assert "netsim run variants/001/scenario.yaml --set repetition=0 --debug" in err
+    assert "6 trials (2 failed) in " in done.stdout
+    assert "error: 2 of 6 trials failed; the first is trial 1 (deed=kill, repetition 0): its worker died" in done.stderr
+    assert "netsim run variants/001/scenario.yaml --set repetition=0 --debug" in done.stderr
 
 
 def test_a_full_disk_is_one_line_and_the_study_can_be_resumed(slow, tmp_path):
     file, whole = slow
     out = tmp_path / "out"
-    command = f"ulimit -f 4; exec {os.sys.executable} -m netsim study {file} --jobs 1 --out {out} --no-report"
-    import subprocess
-
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    last = done.stderr.splitlines()[-1]
+    command = f"ulimit -f 4; exec {sys.executable} -m netsim study {file} --jobs 1 --out {out} --no-report"
+    ended = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    last = ended.stderr.splitlines()[-1]
     assert last.startswith(f"error: {out}/trials.jsonl: cannot write or read the study's journal: File too large; ")
     assert last.endswith("--resume")
     assert 0 < lines_of(out / "trials.jsonl") < 12
-    status, _, err = netsim("study", file, "--jobs", 2, "--out", out, "--resume", "--no-report")
-    assert status == 0, err
+    done = netsim("study", file, "--jobs", 1, "--out", out, "--resume", "--no-report")
+    assert done.returncode == 0, done.stderr
     same_tables(out, whole)

@@ -9,7 +9,10 @@ from report_studies import figures, written
 
 from netsim.errors import ScenarioError, TraceError
 from netsim.study.info import PublishedInfo, SourceInfo
+from netsim.study.plots.distribution import distribution_plots
+from netsim.study.plots.draw import TOPICS
 from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
+from netsim.study.plots.trend import trend_plots
 from netsim.study.report import write_report
 from netsim.study.reporting.view import view_of
 from netsim.study.results import load_study
@@ -21,6 +24,12 @@ TOLERANCES = {"tolerance": [0, 1, 2]}
 def words_only(monkeypatch):
     """No plots, for tests of what is said: they take most of the time."""
     monkeypatch.setattr("netsim.study.report.draw", lambda view: {})
+
+
+@pytest.fixture
+def one_plot(monkeypatch):
+    """Plots of one topic alone, for tests that any plot will do for."""
+    monkeypatch.setattr("netsim.study.plots.draw.TOPICS", {"tradeoff": TOPICS["tradeoff"]})
 
 
 def report(folder: Path) -> str:
@@ -115,6 +124,19 @@ def test_a_study_with_two_axes_gets_every_section_in_the_order_of_questions(tmp_
     }
     for name in re.findall(r"!\[[^\]]+\]\((plots/[^)]+)\)", text):
         assert (tmp_path / name).is_file()
+    check_page((tmp_path / "report.html").read_text(encoding="utf-8"))
+
+
+def check_page(text: str) -> None:
+    """It is well-formed, holds pictures, and refers to nothing but itself."""
+    page = Page(text)
+    assert page.wrong == []
+    assert page.open == []
+    assert page.sources
+    assert all(source.startswith("data:image/svg+xml;base64,") for source in page.sources)
+    assert all(page.alts)
+    assert {link.removeprefix("#") for link in page.links} <= page.anchors
+    assert not re.search(r"""(src|href)=["']?(http|//|plots)""", text)
 
 
 def test_the_same_results_give_the_same_bytes(tmp_path):
@@ -129,17 +151,10 @@ def test_the_same_results_give_the_same_bytes(tmp_path):
             assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name
 
 
-def test_the_page_needs_no_other_file_and_is_well_formed(tmp_path):
+def test_the_page_needs_no_other_file_and_is_well_formed(tmp_path, one_plot):
     written(tmp_path, {"thing": ["a|b", "*c*", "<script>alert(1)</script>", "`d`"]}, 3)
     text = write_report(tmp_path).read_text(encoding="utf-8")
-    page = Page(text)
-    assert page.wrong == []
-    assert page.open == []
-    assert page.sources
-    assert all(source.startswith("data:image/svg+xml;base64,") for source in page.sources)
-    assert all(page.alts)
-    assert {link.removeprefix("#") for link in page.links} <= page.anchors
-    assert not re.search(r"""(src|href)=["']?(http|//|plots)""", text)
+    check_page(text)
     assert "<script" not in text
     assert "&lt;script&gt;" in text
 
@@ -208,7 +223,7 @@ def test_an_interrupted_study_is_reported_as_far_as_it_got(tmp_path, words_only)
     assert "The study is incomplete" in section(text, "Assumptions and caveats")
 
 
-def test_a_problem_without_an_error_compares_costs_alone(tmp_path):
+def test_a_problem_without_an_error_compares_costs_alone(tmp_path, words_only):
     def law(levels, repetition):
         return {name: value for name, value in figures(levels, repetition).items() if name != "association_error"}
 
@@ -270,6 +285,45 @@ def test_published_figures_stand_beside_the_measured_ones(tmp_path, words_only):
     assert [plot.stem for plot in published_plots(view_of(load_study(tmp_path)))] == ["published"]
 
 
+def test_published_figures_stand_on_the_lines_along_an_axis(tmp_path):
+    known = [PublishedInfo("association_error", 0.4, {"tolerance": level}, 0.01, "A 2000", "") for level in (0, 2)]
+    elsewhere = PublishedInfo("energy_j", 5.0, {"tolerance": 1}, None, "A 2000", "")
+    written(tmp_path, TOLERANCES, published=[*known, elsewhere], metrics=("association_error",))
+    (plot,) = trend_plots(view_of(load_study(tmp_path)))
+    drawn = {tuple(line.get_xdata()) for line in plot.figure.axes[0].lines if line.get_marker() == "D"}
+    assert drawn == {(0.0,), (2.0,)}
+    assert "published" in [text.get_text() for text in plot.figure.legends[0].get_texts()]
+
+
+def test_single_trials_are_dots_where_a_study_asks_for_them(tmp_path):
+    written(tmp_path / "plain", TOLERANCES, repetitions=4)
+    written(tmp_path / "dots", TOLERANCES, repetitions=4, plots=("trials",))
+
+    def dots(name: str) -> int:
+        (plot,) = trend_plots(view_of(load_study(tmp_path / name)))
+        return sum(len(line.get_xdata()) for line in plot.figure.axes[0].lines if line.get_marker() == ".")
+
+    assert (dots("plain"), dots("dots")) == (0, 12)
+
+
+def test_a_distribution_climbs_to_the_whole_of_the_trials_that_have_a_figure(tmp_path):
+    def law(levels, repetition):
+        return figures(levels, repetition, outage_longest_s=None if repetition == 0 else float(repetition))
+
+    written(tmp_path, {"tolerance": [0, 1]}, 5, law, error="outage_longest_s", plots=("distribution",))
+    (plot,) = distribution_plots(view_of(load_study(tmp_path)))
+    steps = [line for line in plot.figure.axes[0].lines if len(line.get_xdata()) > 2]
+    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in steps] == [
+        ([1.0, 1.0, 2.0, 3.0, 4.0], [0.0, 0.25, 0.5, 0.75, 1.0])
+    ] * 2
+    assert "4 to 5 trials" in plot.caption
+
+
+def test_no_distribution_is_drawn_unasked(tmp_path):
+    written(tmp_path, TOLERANCES)
+    assert not list(distribution_plots(view_of(load_study(tmp_path))))
+
+
 def test_lifetimes_that_never_end_are_never(tmp_path, words_only):
     def law(levels, repetition):
         partition = None if levels["tolerance"] == 2 or repetition == 0 else 50.0 + repetition
@@ -309,7 +363,7 @@ def test_a_folder_without_a_study_is_refused(tmp_path):
         write_report(tmp_path)
 
 
-def test_plots_that_cannot_be_written_are_an_error_of_one_line(tmp_path):
+def test_plots_that_cannot_be_written_are_an_error_of_one_line(tmp_path, one_plot):
     written(tmp_path, TOLERANCES, 2)
     (tmp_path / "plots").write_text("in the way")
     with pytest.raises(TraceError, match="plots"):

@@ -1,6 +1,7 @@
 """Running studies: the same tables whoever runs them and in however many goes."""
 
 import json
+import shutil
 
 import pytest
 from study_rig import lines_of, same_tables, write_misbehaving, write_study
@@ -21,6 +22,12 @@ def whole(tmp_path_factory):
     out = folder / "out"
     out.mkdir()
     return folder, out, run_study(load_plan(write_study(folder)), out, "netsim study study.yaml")
+
+
+@pytest.fixture
+def copied(whole, tmp_path):
+    """A copy of that study's folder, to go on from."""
+    return shutil.copytree(whole[1], tmp_path / "out")
 
 
 def stop_after(count):
@@ -73,14 +80,12 @@ def test_an_interrupted_study_resumed_gives_the_tables_of_one_go(whole, tmp_path
     same_tables(out, tmp_path)
 
 
-def test_a_torn_line_costs_one_trial(whole, tmp_path):
+def test_a_torn_line_costs_one_trial(whole, copied):
     folder, out, _ = whole
-    plan = load_plan(folder / "study.yaml")
-    run_study(plan, tmp_path, "c")
-    journal = tmp_path / "trials.jsonl"
+    journal = copied / "trials.jsonl"
     journal.write_bytes(journal.read_bytes()[:-100])
-    assert run_study(plan, tmp_path, "c", resume=True).standing.ran == 1
-    same_tables(out, tmp_path)
+    assert run_study(load_plan(folder / "study.yaml"), copied, "c", resume=True).standing.ran == 1
+    same_tables(out, copied)
 
 
 def test_without_resume_everything_is_run_anew(whole, tmp_path):
@@ -213,51 +218,42 @@ def reopen(folder, out, *, allow_changed=False, **changes):
         ),
     ],
 )
-def test_a_changed_study_is_refused_in_words_unless_allowed(tmp_path, changes, lines, kept):
-    out = tmp_path / "out"
-    out.mkdir()
-    run_study(load_plan(write_study(tmp_path)), out, "c")
-    before = (out / "study.json").read_bytes()
+def test_a_changed_study_is_refused_in_words_unless_allowed(copied, tmp_path, changes, lines, kept):
+    before = (copied / "study.json").read_bytes()
     with pytest.raises(ScenarioError) as raised:
-        reopen(tmp_path, out, **changes)
+        reopen(tmp_path, copied, **changes)
     said = str(raised.value).splitlines()
     assert [line.strip() for line in said[1:-1]] == lines
     assert f"{kept} of 8 finished trials still count: --allow-changed goes on with them" in said[-1]
-    assert (out / "study.json").read_bytes() == before
-    assert (out / "results.parquet").exists()
-    notes, todo, finished = reopen(tmp_path, out, allow_changed=True, **changes)
+    assert (copied / "study.json").read_bytes() == before
+    assert (copied / "results.parquet").exists()
+    notes, todo, finished = reopen(tmp_path, copied, allow_changed=True, **changes)
     assert finished == kept
     assert f"{kept} of 8 finished trials still count; the others stay in trials.jsonl" in notes
-    assert not (out / "results.parquet").exists(), "until the new study has ended, there is no table under its name"
+    assert not (copied / "results.parquet").exists(), "until the new study has ended, there is no table under its name"
     plan = load_plan(tmp_path / "study.yaml")
-    end = run_study(plan, out, "c", resume=True)
+    end = run_study(plan, copied, "c", resume=True)
     assert (end.standing.ran, end.standing.done) == (todo, todo + kept)
     clean = tmp_path / "clean"
     clean.mkdir()
     run_study(plan, clean, "c")
-    same_tables(out, clean)
-    assert sorted(path.name for path in (out / "variants").iterdir()) == sorted(
+    same_tables(copied, clean)
+    assert sorted(path.name for path in (copied / "variants").iterdir()) == sorted(
         path.name for path in (clean / "variants").iterdir()
     )
 
 
-def test_more_repetitions_are_no_other_study(tmp_path):
-    out = tmp_path / "out"
-    out.mkdir()
-    run_study(load_plan(write_study(tmp_path)), out, "c")
-    notes, todo, finished = reopen(tmp_path, out, repetitions=3)
+def test_more_repetitions_are_no_other_study(copied, tmp_path):
+    notes, todo, finished = reopen(tmp_path, copied, repetitions=3)
     assert notes == ("more repetitions than before (repetitions: 0 to 1 before, 0 to 2 now)",)
     assert (todo, finished) == (4, 8)
 
 
-def test_what_does_not_concern_trials_may_change(tmp_path):
-    out = tmp_path / "out"
-    out.mkdir()
-    run_study(load_plan(write_study(tmp_path)), out, "c")
+def test_what_does_not_concern_trials_may_change(copied, tmp_path):
     changed = {"question": "Why?", "metrics": ["energy_j"], "error": "association_error", "description": "More."}
     published = [{"metric": "energy_j", "value": 1, "source": "A"}]
-    assert reopen(tmp_path, out, published=published, **changed) == ((), 0, 8)
-    assert json.loads((out / "study.json").read_text())["question"] == "Why?"
+    assert reopen(tmp_path, copied, published=published, **changed) == ((), 0, 8)
+    assert json.loads((copied / "study.json").read_text())["question"] == "Why?"
 
 
 def test_a_changed_input_file_is_another_study(tmp_path):

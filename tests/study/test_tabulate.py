@@ -1,11 +1,12 @@
 """Tables made of a journal: the same as those of a study that ended by itself, and by what its trials were run."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
+from in_process import netsim as netsim_command
 from report_studies import written
-from study_rig import netsim as netsim_command
 from study_rig import same_tables, write_study
 
 import netsim
@@ -23,19 +24,33 @@ from netsim.study.tabulate import refresh_tables
 TABLES = ("results.parquet", "results.csv", "nodes.parquet", "nodes.csv")
 
 
-@pytest.fixture
-def finished(tmp_path: Path) -> Path:
+@pytest.fixture(autouse=True)
+def words_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports without plots, which take most of the time."""
+    monkeypatch.setattr("netsim.study.report.draw", lambda view: {})
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study with two variants of two seeds, two repetitions."""
-    return ended(tmp_path, "out")
-
-
-def ended(tmp_path: Path, name: str) -> Path:
+    folder = tmp_path_factory.mktemp("whole")
     sweep = [{"name": "draw", "path": "seed", "values": [3, 2**70]}]
-    plan = load_plan(write_study(tmp_path, sweep=sweep))
-    out = tmp_path / name
+    out = folder / "out"
     out.mkdir()
-    run_study(plan, out, "netsim study study.yaml")
+    run_study(load_plan(write_study(folder, sweep=sweep)), out, "netsim study study.yaml")
     return out
+
+
+@pytest.fixture
+def finished(whole: Path, tmp_path: Path) -> Path:
+    """A copy of that study's folder."""
+    return shutil.copytree(whole, tmp_path / "out")
+
+
+@pytest.fixture
+def other(whole: Path, tmp_path: Path) -> Path:
+    """Another copy."""
+    return shutil.copytree(whole, tmp_path / "other")
 
 
 def interrupt(folder: Path, trials: int) -> None:
@@ -73,8 +88,7 @@ def test_a_table_behind_its_journal_is_made_anew(finished: Path) -> None:
     assert len(netsim.load_results(finished)) == 4
 
 
-def test_without_tables_the_way_to_them_is_told_in_one_line(finished: Path, tmp_path: Path) -> None:
-    other = ended(tmp_path, "other")
+def test_without_tables_the_way_to_them_is_told_in_one_line(finished: Path, other: Path) -> None:
     interrupt(finished, 3)
     remedies = rf"`netsim report {finished}`, or go on with it: netsim study study.yaml --out {finished} --resume"
     for ask in (
@@ -86,8 +100,8 @@ def test_without_tables_the_way_to_them_is_told_in_one_line(finished: Path, tmp_
         with pytest.raises(ScenarioError, match=remedies) as caught:
             ask()
         assert "\n" not in str(caught.value)
-    status, _, err = netsim_command("compare", other, finished)
-    assert (status, err.count("\n")) == (2, 1)
+    done = netsim_command("compare", other, finished)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 
 
 def test_where_no_trial_is_finished_there_is_nothing_to_report(finished: Path) -> None:
@@ -122,23 +136,22 @@ def test_a_folder_of_an_early_version_is_read(finished: Path) -> None:
     assert set(netsim.load_results(finished)["seed"]) == {3}
 
 
-def test_by_what_trials_were_run_is_told_of_all_and_in_no_table(finished: Path, tmp_path: Path) -> None:
+def test_by_what_trials_were_run_is_told_of_all_and_in_no_table(finished: Path, other: Path) -> None:
     own = versions()
     assert read_info(finished).builds == (BuildInfo(own, 4),)
-    same = ended(tmp_path, "same")
     lines = [json.loads(line) for line in (finished / JOURNAL_FILE).read_text().splitlines()]
     lines[0]["packages"]["numpy"] = "1.0"
     del lines[1]["packages"]  # as an early version wrote it
     lines[1]["netsim_version"] = "0.0.7"
     (finished / JOURNAL_FILE).write_text("".join(json.dumps(line) + "\n" for line in lines))
     report_command(finished, open_page=False)
-    same_tables(finished, same)
+    same_tables(finished, other)
     told = read_info(finished).trial_versions
     assert told["netsim"] == f"{own['netsim']} (3 trials) and 0.0.7 (1 trial)"
     assert told["numpy"] == f"{own['numpy']} (2 trials) and unknown (1 trial) and 1.0 (1 trial)"
     report = (finished / "report.md").read_text()
     assert "0.0.7 (1 trial)" in report
     assert "run by different versions" in report
-    write_report(same)
-    assert "run by different versions" not in (same / "report.md").read_text()
-    assert [setting.path for setting in compare_studies([same, finished]).versions] == list(own)
+    write_report(other)
+    assert "run by different versions" not in (other / "report.md").read_text()
+    assert [setting.path for setting in compare_studies([other, finished]).versions] == list(own)

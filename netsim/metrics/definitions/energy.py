@@ -7,6 +7,13 @@ METRICS = (
         "energy",
         ("energy_j", "J", "lower", "Energy drawn by all devices of all nodes over the whole run.", "EnergyLedger"),
         (
+            "energy_from_batteries_j",
+            "J",
+            "lower",
+            "The same of the nodes that live on a battery: without those on mains power, such as a sink.",
+            "EnergyLedger, NodeTable",
+        ),
+        (
             "energy_beyond_listening_j",
             "J",
             "lower",

@@ -6,6 +6,7 @@ MADE_OF = "Estimate, TruthTargets"
 OSPA = "Schuhmacher, Vo, Vo 2008"
 GOSPA = "Rahmathullah, Garcia-Fernandez, Svensson 2017"
 CLEAR_MOT = "Bernardin, Stiefelhagen 2008"
+LIU = "Liu, Reich, Zhao 2002, Tables 4 and 5"
 
 METRICS = (
     *grouped(
@@ -24,9 +25,10 @@ METRICS = (
             "1",
             "lower",
             "Estimates of tracks that follow no target. At the instant of an estimate, all tracks with an "
-            "estimate in the last 5 s are assigned to targets, one to one, so that the sum of min(error, 10 m)^2 "
+            "estimate in the last 5 s are assigned to targets, one to one, so that the sum of min(error, c)^2 "
             "is least; each estimate is compared with the truth at its own instant (on a straight line between "
-            "two records of the truth), and at 10 m or more a track follows none.",
+            "two records of the truth), and at c or more a track follows none. The cut-off c is the `cut_off_m` of a "
+            "tracking problem, 10 m for any other.",
             MADE_OF,
         ),
         (
@@ -34,7 +36,7 @@ METRICS = (
             "m",
             "lower",
             "Distance of an estimate from the target that its track follows, mean over all estimates that are "
-            "assigned; null if none is. Each is below 10 m: look at `estimates_unassigned` or at OSPA beside it.",
+            "assigned; null if none is. Each is below the cut-off: look at `estimates_unassigned` or at OSPA beside it.",
             MADE_OF,
         ),
         ("position_error_rms_m", "m", "lower", "Root mean square of the same.", MADE_OF),
@@ -72,7 +74,7 @@ METRICS = (
             "ospa_mean_m",
             "m",
             "lower",
-            "OSPA distance between the targets and the tracks, p = 2, c = 10 m, mean over samples. Samples are "
+            "OSPA distance between the targets and the tracks, p = 2, c the cut-off, mean over samples. Samples are "
             "taken every second after the first estimate, and at the last instant at which a target or an "
             "estimate is recorded. A track is where its last estimate was, for 5 s at most.",
             f"{MADE_OF}; {OSPA}",
@@ -82,7 +84,7 @@ METRICS = (
             "gospa_rms_m",
             "m",
             "lower",
-            "GOSPA distance between the targets and the tracks, p = 2, c = 10 m, alpha = 2, root mean square over "
+            "GOSPA distance between the targets and the tracks, p = 2, c the cut-off, alpha = 2, root mean square over "
             "the same samples.",
             f"{MADE_OF}; {GOSPA}, proposition 1",
         ),
@@ -102,7 +104,7 @@ METRICS = (
             "1",
             "lower",
             "Number of targets that no track follows, mean over the samples. From sample to sample a track keeps "
-            "its target while it is nearer than 10 m; the other tracks and targets are assigned as above.",
+            "its target while it is nearer than the cut-off; the other tracks and targets are assigned as above.",
             f"{MADE_OF}; {CLEAR_MOT}",
         ),
         (
@@ -135,6 +137,78 @@ METRICS = (
             "target that leaves is not lost.",
             MADE_OF,
         ),
+    ),
+    *grouped(
+        "tracking: all estimates and beliefs",
+        (
+            "estimate_error_mean_m",
+            "m",
+            "lower",
+            "Distance of an estimate from the nearest target there at its instant, however far, mean over all "
+            "estimates at whose instant there is one: of a single target and track the error that the paper prints.",
+            f"{MADE_OF}; {LIU}",
+        ),
+        (
+            "estimate_error_mean_after_start_m",
+            "m",
+            "lower",
+            "The same without the first estimate of each track.",
+            MADE_OF,
+        ),
+        ("estimate_error_max_m", "m", "lower", "The largest of the former.", MADE_OF),
+        (
+            "estimates_lost_share",
+            "1",
+            "lower",
+            "Share of them that are at the cut-off or farther; `targets_followed_share` tells the share of time.",
+            f"{MADE_OF}, Problem",
+        ),
+        (
+            "beliefs",
+            "1",
+            "",
+            "Grid beliefs that nodes recorded; the figures below are missing without any.",
+            "Belief",
+        ),
+        (
+            "belief_variance_mean_m2",
+            "m2",
+            "lower",
+            "Squared distance of a belief's cells from its mean, weighted by their probability, mean over the beliefs.",
+            f"Belief; {LIU}",
+        ),
+        (
+            "belief_variance_mean_after_start_m2",
+            "m2",
+            "lower",
+            "The same without the first belief of each track.",
+            "Belief",
+        ),
+        (
+            "belief_cells_mean",
+            "1",
+            "",
+            "Cells of nonzero probability of a belief, mean over the beliefs.",
+            f"Belief; {LIU}",
+        ),
+        ("belief_cells_mean_after_start", "1", "", "The same without the first belief of each track.", "Belief"),
+        (
+            "belief_error_mean_after_start_m",
+            "m",
+            "lower",
+            "Distance of a belief's mean from the nearest target at the instant of its last reading, which is its step "
+            "times the problem's time between readings: without what the target moved until the belief was there. Mean "
+            "over the beliefs but the first of each track; missing for another problem than tracking.",
+            "Belief, TruthTargets, Problem",
+        ),
+        (
+            "belief_age_mean_s",
+            "s",
+            "lower",
+            "From that instant until the belief is there, for sensing, messages and computing, mean over the beliefs.",
+            "Belief, Problem",
+        ),
+        ("belief_age_max_s", "s", "lower", "The longest such time.", "Belief, Problem"),
     ),
     *grouped(
         "tracking: identity",

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from annotated_types import MinLen
 
-from netsim.parameters import NonNegative, PointM, Positive, Probability, parameters
+from netsim.parameters import NonNegative, PointM, Positive, PositiveInt, Probability, parameters
 
 NodeRef = int | str
 """A node's id or name, or a group's name."""
@@ -49,6 +49,27 @@ class CrashRule:
         if (self.at_s is None) == (self.rate_per_h is None):
             message = "either at_s or rate_per_h"
             raise ValueError(message)
+
+
+@parameters
+class RoleCrashRule:
+    """Whoever holds a role crashes, such as the leader of a group, whichever node that is by then.
+
+    Who holds it is what the nodes' algorithms tell the trace. If nobody does at that time, who takes it next crashes as it
+    takes it.
+    """
+
+    type: Literal["role-crash"] = "role-crash"
+    role: Annotated[str, MinLen(1)]
+    """Name of the role, as in the trace: `leader`."""
+    at_s: Positive
+    """When they crash, all that hold it then."""
+    spread_s: NonNegative = 0.0
+    """They crash at a random instant within this time after `at_s`, every instant alike; another one in every repetition."""
+    reboot_after_s: Positive | None = None
+    """How long a node stays down; null for ever."""
+    most: PositiveInt | None = None
+    """At most so many of those that hold it, the lowest first; null for all."""
 
 
 @parameters
@@ -220,7 +241,7 @@ class SensorBiasRule:
     nodes: NodeRefs
     """Whose sensors."""
     bias: float = 0.0
-    """Added to every value, in the unit of the reading."""
+    """Added to every value, in the unit of the reading (tracking: of amplitudes, or radians of bearings)."""
     drift_per_h: float = 0.0
     """Added to the bias for every hour since the rule began, in the unit of the reading."""
     from_s: NonNegative = 0.0
@@ -289,4 +310,4 @@ class SensorDeadRule:
 FrameRule = OutageRule | PartitionRule | GilbertElliottRule | CorruptionRule
 PacketRule = CorruptionRule | DuplicationRule | DelayRule
 SensorRule = SensorBiasRule | SensorStuckRule | SensorNoiseRule | SensorDeadRule
-FaultRule = CrashRule | FrameRule | DuplicationRule | DelayRule | JammerRule | SensorRule
+FaultRule = CrashRule | RoleCrashRule | FrameRule | DuplicationRule | DelayRule | JammerRule | SensorRule

@@ -86,12 +86,17 @@ class CrashSchedule:
         down_ns = self._rule.down_ns
         if down_ns is not None and self._rule.is_random:
             down_ns = round(draw() * down_ns)
-        back_ns = None if down_ns is None else max(1, down_ns)
-        for_how_long = "for good" if back_ns is None else f"for {back_ns / NS_PER_S:g} s"
-        if self._crash(node, f"fault rule, {for_how_long}", back_ns):
-            self._announcer.crashes(node, f"node {node} is down {for_how_long}")
+        bring_down(node, down_ns, self._crash, self._announcer)
         if self._rule.at_ns is None:
             self._plan(node, draw)
+
+
+def bring_down(node: int, down_ns: int | None, crash: Crash, announcer: Announcer) -> None:
+    """Let a node crash, for a time or for good, and say so if it was up."""
+    back_ns = None if down_ns is None else max(1, down_ns)
+    for_how_long = "for good" if back_ns is None else f"for {back_ns / NS_PER_S:g} s"
+    if crash(node, f"fault rule, {for_how_long}", back_ns):
+        announcer.crashes(node, f"node {node} is down {for_how_long}")
 
 
 class Announced:

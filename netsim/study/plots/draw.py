@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 
 from netsim.study.plots.bars import energy_plots
+from netsim.study.plots.distribution import distribution_plots
 from netsim.study.plots.forest import difference_plots, lifetime_plots, published_plots
 from netsim.study.plots.nodes import node_plots
 from netsim.study.plots.style import Plot, settle, styled
@@ -14,6 +15,7 @@ TOPICS: Mapping[str, Callable[[View], Iterator[Plot]]] = {
     "tradeoff": tradeoff_plots,
     "differences": difference_plots,
     "trend": trend_plots,
+    "distribution": distribution_plots,
     "published": published_plots,
     "energy": energy_plots,
     "nodes": node_plots,

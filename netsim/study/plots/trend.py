@@ -7,9 +7,10 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from netsim.study.info import AxisInfo
+from netsim.study.info import AxisInfo, PublishedInfo
 from netsim.study.levels import label_of
 from netsim.study.plots.style import (
+    INK,
     PALETTE,
     SOFT,
     Plot,
@@ -30,6 +31,7 @@ from netsim.study.reporting.view import View
 MOST_AXES = 2
 MOST_PANELS = 6
 DASHES = ("-", "--", ":", "-.")
+PUBLISHED_LOOK: Mapping[str, Any] = {"ls": "", "marker": "D", "ms": 5, "color": INK, "mfc": "white", "zorder": 4}
 
 
 def trend_plots(view: View) -> Iterator[Plot]:
@@ -50,10 +52,11 @@ def _plot(view: View, axis: AxisInfo, metrics: Sequence[str]) -> Plot:
     for panel, metric in zip(axes.flat, metrics, strict=False):
         for levels, variants in lines.items():
             _line(view, panel, metric, axis, variants, _look(told, levels))
+        _published(view, panel, metric, axis, fixed)
         _finish(view, panel, metric, axis)
     for panel in list(axes.flat)[len(metrics) :]:
         panel.set_axis_off()
-    _legend(figure, told)
+    _legend(figure, told, any(_figures(view, axis, metric, fixed) for metric in metrics))
     return Plot(
         f"trend-{_stem(axis)}", figure, _caption(view, axis, told, fixed), f"Lines of metrics along {axis.name}"
     )
@@ -62,6 +65,7 @@ def _plot(view: View, axis: AxisInfo, metrics: Sequence[str]) -> Plot:
 def _caption(view: View, axis: AxisInfo, told: Sequence[AxisInfo], fixed: Mapping[str, Any]) -> str:
     text = f"Means along {plain(axis.name)}"
     text += ", bands are 95 % intervals" if len(view.info.repetitions) > 1 else ""
+    text += ", dots are single trials" if _shows_trials(view) else ""
     if told:
         text += f"; a line for each level of {' and '.join(plain(each.name) for each in told)}"
     if fixed:
@@ -102,6 +106,35 @@ def _line(
     high = [(each.mean if math.isnan(each.high) else each.high) * factor for each in found]
     panel.fill_between(x, low, high, color=look["color"], alpha=0.14, linewidth=0)
     panel.plot(x, [each.mean * factor for each in found], marker="o", ms=4, lw=1.6, **look)
+    if _shows_trials(view):
+        dots = [
+            (place, each * factor)
+            for variant, place in zip(known, x, strict=True)
+            for each in view.single(variant, metric)
+        ]
+        panel.plot(*zip(*dots, strict=True), ls="", marker=".", ms=4, mew=0, alpha=0.35, color=look["color"])
+
+
+def _shows_trials(view: View) -> bool:
+    return "trials" in view.info.plots
+
+
+def _figures(view: View, axis: AxisInfo, metric: str, fixed: Mapping[str, Any]) -> list[tuple[float, PublishedInfo]]:
+    """The published figures of a metric that stand on an axis, with their places on it."""
+    return [
+        (float(each.at[axis.name] or 0), each)
+        for each in view.info.published
+        if each.metric == metric
+        and axis.name in each.at
+        and all(label_of(each.at.get(name, level)) == label_of(level) for name, level in fixed.items())
+    ]
+
+
+def _published(view: View, panel: Any, metric: str, axis: AxisInfo, fixed: Mapping[str, Any]) -> None:
+    factor = view.scale(metric).factor
+    for place, figure in _figures(view, axis, metric, fixed):
+        half = 1.96 * (figure.standard_error or 0.0) * factor
+        panel.errorbar([place], [figure.value * factor], yerr=half or None, **PUBLISHED_LOOK)
 
 
 def _finish(view: View, panel: Any, metric: str, axis: AxisInfo) -> None:
@@ -128,7 +161,7 @@ def _finish(view: View, panel: Any, metric: str, axis: AxisInfo) -> None:
     panel.tick_params(labelbottom=True)
 
 
-def _legend(figure: Figure, told: Sequence[AxisInfo]) -> None:
+def _legend(figure: Figure, told: Sequence[AxisInfo], has_published: bool) -> None:
     groups: list[tuple[str, list[Line2D]]] = []
     for place, axis in enumerate(told):
         handles = []
@@ -139,6 +172,8 @@ def _legend(figure: Figure, told: Sequence[AxisInfo]) -> None:
             )
             handles.append(Line2D([], [], lw=1.8, label=shorten(label, 24), **look))
         groups.append((axis.name, handles))
+    if has_published:
+        groups.append(("paper", [Line2D([], [], label="published", **PUBLISHED_LOOK)]))
     legend_below(figure, groups)
 
 

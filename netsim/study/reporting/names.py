@@ -28,8 +28,21 @@ TITLES = {
     "lifetime_partition_days": "lifetime to partition",
     "lifetime_accuracy_days": "lifetime to the first loss of accuracy",
     "first_death_s": "first death",
+    "estimate_error_mean_m": "mean error of the estimate",
+    "estimate_error_mean_after_start_m": "mean error after the start",
+    "belief_variance_mean_m2": "mean variance of the belief",
+    "belief_variance_mean_after_start_m2": "mean variance after the start",
+    "belief_cells_mean": "mean number of cells of the belief",
+    "belief_cells_mean_after_start": "mean number of cells after the start",
+    "handoff_neighbours_mean": "mean number of neighbours",
+    "handoff_mean_byte": "mean size of a hand-off",
+    "outage_first_s": "length of the first outage",
+    "outage_longest_s": "longest outage",
+    "outage_total_s": "time without a leader",
+    "two_leaders_s": "time with two leaders",
+    "two_leaders_longest_s": "longest time with two leaders",
 }
-SUFFIXES = ("_j", "_s", "_m", "_byte", "_days", "_nat")
+SUFFIXES = ("_j", "_s", "_m", "_byte", "_days", "_nat", "_bit", "_m2")
 BOTH_UNKNOWN: tuple[str, Better] = ("1", "")
 
 

@@ -34,7 +34,7 @@ def scale_for(unit: str, values: Iterable[float]) -> Scale:
     if unit == "day":
         return Scale(1.0, "days")
     if unit not in ("J", "s"):
-        return Scale(1.0, "" if unit == "1" else unit)
+        return Scale(1.0, {"1": "", "m2": "m²"}.get(unit, unit))
     largest = 1.0 if unit == "s" else math.inf  # nobody says kiloseconds
     fitting = [(value, name) for value, name in PREFIXES if value <= min(largest, size)]
     factor, prefix = fitting[-1] if fitting else PREFIXES[0]

@@ -19,7 +19,7 @@ OWN = "netsim's own"
 """What stands for a citation where there is none."""
 
 Pictures = Mapping[str, Sequence[Picture]]
-"""The plots by topic: tradeoff, trend, differences, energy, nodes, lifetime, published."""
+"""The plots by topic: tradeoff, trend, distribution, differences, energy, nodes, lifetime, published."""
 
 
 def page_of(view: View, pictures: Pictures, study_file: str) -> Page:
@@ -38,6 +38,7 @@ def page_of(view: View, pictures: Pictures, study_file: str) -> Page:
         Section("Results by variant", _blocks(*tables.result_tables(view)) if view.variants else ()),
         Section("Against the baseline", tuple(_against(view, pictures))),
         Section("Along the axes", tuple(pictures.get("trend", ()))),
+        Section("From trial to trial", tuple(pictures.get("distribution", ()))),
         Section("Published figures", _published(view, pictures)),
         Section("Where the energy goes", tuple(pictures.get("energy", ()))),
         Section("Energy by node", tuple(pictures.get("nodes", ()))),

@@ -125,6 +125,11 @@ class View:
         """A metric of a variant; without a figure where there is none."""
         return self.estimates.get((variant, metric), NOTHING)
 
+    def single(self, variant: int, metric: str) -> list[float]:
+        """A metric of each trial of a variant that has a figure of it."""
+        numbers = figures_of(self.ended[self.ended["variant"] == variant], metric).numbers
+        return [number for number in numbers if number is not None]
+
     def scale(self, metric: str) -> Scale:
         """The unit that a metric is shown in, the same in all tables and plots."""
         means = [found.mean for (_, name), found in self.estimates.items() if name == metric]

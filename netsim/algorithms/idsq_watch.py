@@ -1,0 +1,125 @@
+"""Watchdogs: they sense while nobody tracks, raise the alarm, and elect the loudest of those in reach to begin a track.
+
+Who hears an alarm senses too. A candidate speaks after a random time, the sooner the louder, unless a louder one has spoken
+before (Chang and Roberts 1979, with one hop of the air for the ring): so most of them never speak at all.
+"""
+
+import math
+from dataclasses import dataclass
+
+from netsim.algorithms.idsq_lead import Leaders
+from netsim.algorithms.idsq_messages import (
+    DETECT,
+    NOBODY,
+    Held,
+    Thread,
+    Turn,
+    decode_alarm,
+    encode_alarm,
+    loudness_code,
+    new_track,
+)
+from netsim.algorithms.idsq_station import Station
+from netsim.api import Message, Op
+from netsim.kernels.acoustics import AmplitudeModel
+from netsim.kernels.grid_belief import uniform
+from netsim.units import s_to_ns
+
+INHIBITED_STEPS = 3
+"""A claim keeps watchdogs quiet for so many readings: one or two may be lost."""
+SPOKEN_BY = 0.6
+"""Candidates speak within this share of the election."""
+
+
+@dataclass(slots=True)
+class _Election:
+    """What a node knows of an election that goes on: the loudest code and who, as (code, -node)."""
+
+    best: tuple[int, int]
+
+
+class Watch:
+    """The node's part in detection.
+
+    Args:
+        station: This node.
+        leaders: What begins a track.
+    """
+
+    def __init__(self, station: Station, leaders: Leaders) -> None:
+        self._station = station
+        self._leaders = leaders
+        self._election: _Election | None = None
+        self._threshold = station.detection_amplitude
+
+    def watch(self) -> Op[None]:
+        """Sense at every reading instant while nobody tracks nearby."""
+        station = self._station
+        while not station.is_over:
+            yield from station.node.pause_until((station.step + 1) * station.step_ns)
+            if self._may_begin():
+                yield from self._stand(station.step)
+
+    def hear(self, alarm: Message) -> None:
+        """Somebody has raised the alarm: sense too, unless one has done so already."""
+        step, code = decode_alarm(alarm.payload)
+        rival = (code, -alarm.source)
+        if self._election is not None:
+            self._election.best = max(self._election.best, rival)
+        elif self._may_begin() and step >= self._station.step - 1:
+            self._station.node.spawn(self._stand(self._station.step, rival))
+
+    def _may_begin(self) -> bool:
+        """Whether it measures loudness, takes part in no election, and nobody tracks nearby."""
+        if not math.isfinite(self._threshold) or self._election is not None or self._leaders.threads:
+            return False
+        return not self._is_tracked(self._station.parameters.watch.inhibit_m)
+
+    def _is_tracked(self, within_m: float) -> bool:
+        """Whether a track was within a distance lately."""
+        station, here_m = self._station, self._station.sensor.position_m
+        claims = station.book.since(station.node.now_ns - INHIBITED_STEPS * station.step_ns)
+        return any(claim.leader != NOBODY and math.dist(claim.place_m, here_m) <= within_m for claim in claims)
+
+    def _is_explained(self, loudness: float) -> bool:
+        """Whether a source of the greatest amplitude could be a target that is tracked already, where it is by now."""
+        station, model = self._station, self._station.sensor.model
+        moved_m = INHIBITED_STEPS * station.filtering.radius_m
+        greatest = model.high if isinstance(model, AmplitudeModel) else math.inf
+        return self._is_tracked(greatest / loudness + station.parameters.watch.same_m + moved_m)
+
+    def _stand(self, step: int, rival: tuple[int, int] = (0, 0)) -> Op[None]:
+        """Sense, and stand for election if there is anything to hear."""
+        station = self._station
+        self._election = election = _Election(rival)
+        try:
+            with station.waking.needed():
+                observation = yield from station.node.sense()
+                loudness, _ = station.read(observation)
+                if loudness >= self._threshold and not self._is_explained(loudness):
+                    yield from self._elect(election, step, loudness)
+        finally:
+            self._election = None
+
+    def _elect(self, election: _Election, step: int, loudness: float) -> Op[None]:
+        """Lead a new track if nobody in reach is louder."""
+        station, node = self._station, self._station.node
+        own = (loudness_code(loudness), -node.id)
+        election.best = max(election.best, own)
+        time_ns = s_to_ns(station.parameters.watch.election_s)
+        end_ns = node.now_ns + time_ns
+        share = min((1.0 + float(node.rng("alarm").random())) / (2.0 + loudness / self._threshold), 1.0)
+        yield from node.pause(round(SPOKEN_BY * share * time_ns))
+        if election.best == own:
+            node.broadcast(DETECT, encode_alarm(step, loudness))
+        yield from node.pause_until(end_ns)
+        if election.best == own and not self._is_explained(loudness) and not self._leaders.threads:
+            self._begin(step, loudness)
+
+    def _begin(self, step: int, loudness: float) -> None:
+        station = self._station
+        square = uniform(station.knowledge.grid, station.sensor.position_m, station.parameters.watch.square_m)
+        belief, _ = station.filtering.updated(square, station.sensor, loudness)
+        held = Held(Thread(new_track(station.node.id, step)), Turn(0, step), belief)
+        station.record("track-begun", held, loudness=loudness)
+        self._leaders.begin(held, hand_on_first=True)

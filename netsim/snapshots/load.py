@@ -1,0 +1,202 @@
+"""From a trace to its track: sensors, targets, beliefs, estimates, choices of leaders."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from netsim.errors import ScenarioError, TraceError
+from netsim.kernels.grid_belief import GridBelief
+from netsim.metrics.leaders import Leaders, Span
+from netsim.metrics.tracking_beliefs import belief_of
+from netsim.metrics.tracks import Points, TargetTruth
+from netsim.trace.events import (
+    Belief,
+    EnergyLedger,
+    Estimate,
+    Event,
+    FieldInfo,
+    Handoff,
+    NodeLife,
+    NodeTable,
+    Problem,
+    Role,
+    TruthTargets,
+)
+from netsim.trace.reader import read_trace, trace_metadata
+
+_KINDS = (Belief, EnergyLedger, Estimate, FieldInfo, Handoff, NodeLife, NodeTable, Problem, Role, TruthTargets)
+_TOPICS = {each.topic for each in _KINDS}
+_DOWN, _UP = ("died", "crashed"), ("started", "rebooted")
+
+Place = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A belief as a node recorded it.
+
+    Attributes:
+        time_ns: When.
+        node: Who.
+        track: Number of the track.
+        number: Of the step.
+        belief: The belief.
+    """
+
+    time_ns: int
+    node: int
+    track: int
+    number: int
+    belief: GridBelief
+
+    @property
+    def is_blank(self) -> bool:
+        """Whether it knows nothing: all cells are equally probable."""
+        return len(self.belief.cells) > 1 and float(np.ptp(self.belief.probability)) == 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """An estimate: when, by whom, of which track, where."""
+
+    time_ns: int
+    node: int
+    track: int
+    place_m: Place
+
+
+@dataclass
+class TrackRun:
+    """A run that tracks.
+
+    Attributes:
+        title: Name of the scenario and seed.
+        box_m: The field: low x, low y, high x, high y.
+        names: Of the nodes.
+        places_m: Where the nodes stand.
+        measures: What each sensor measures: `amplitude` or `bearing`.
+        sinks: Nodes with the role of a sink.
+        truth: Where targets are.
+        targets: The same as it was recorded.
+        steps: All beliefs, in order.
+        guesses: All estimates, in order.
+        choices: Whom a node chose at a step of a track, the first choice.
+        leaders: Nodes that ever lead.
+        lives: When a node went down (True) or came up.
+        outages_ns: When nobody led though a target was there.
+    """
+
+    title: str
+    box_m: tuple[float, float, float, float] | None = None
+    names: dict[int, str] = field(default_factory=dict)
+    places_m: dict[int, Place] = field(default_factory=dict)
+    measures: dict[int, str] = field(default_factory=dict)
+    sinks: set[int] = field(default_factory=set)
+    truth: TargetTruth = field(default_factory=TargetTruth)
+    targets: list[tuple[int, Points]] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    guesses: list[Guess] = field(default_factory=list)
+    choices: dict[tuple[int, int, int], Handoff] = field(default_factory=dict)
+    leaders: set[int] = field(default_factory=set)
+    lives: list[tuple[int, int, bool]] = field(default_factory=list)
+    outages_ns: list[Span] = field(default_factory=list)
+
+    def is_leaderless(self, time_ns: int) -> bool:
+        """Whether nobody leads at an instant though somebody did and a target is there."""
+        return any(begin_ns <= time_ns < end_ns for begin_ns, end_ns in self.outages_ns)
+
+    def ordinal(self, track: int) -> int:
+        """The place of a track in the order in which they began, from 1."""
+        return list(dict.fromkeys(step.track for step in self.steps)).index(track) + 1
+
+    def choice(self, step: Step) -> Handoff | None:
+        """Whom the node of a step chose as next leader."""
+        return self.choices.get((step.node, step.track, step.number))
+
+
+def load_track(trace: Path) -> TrackRun:
+    """Read the track of a run.
+
+    Raises:
+        ScenarioError: If nobody recorded a belief on a grid.
+        TraceError: If the trace cannot be read, has no nodes or no field.
+    """
+    metadata = trace_metadata(trace)
+    run = TrackRun(f"{metadata.get('scenario', trace.stem)}, seed {metadata.get('seed', '?')}")
+    leading = Leaders()
+    follow = leading.handlers()
+    for time_ns, event in read_trace(trace, _TOPICS):
+        if type(event) in _TAKE:
+            _TAKE[type(event)](run, event, time_ns)
+        if type(event) in follow:
+            follow[type(event)](event, time_ns)
+    run.outages_ns = leading.outages_ns()
+    if not run.places_m or run.box_m is None:
+        message = f"{trace}: expected a table of nodes and a field, got none"
+        raise TraceError(message)
+    if not run.steps:
+        message = f"{trace}: expected beliefs of where a target is, got none; the algorithm records none"
+        raise ScenarioError(message)
+    return run
+
+
+def _take_nodes(run: TrackRun, event: NodeTable, _: int) -> None:
+    nodes = list(map(int, event.node))
+    run.names = dict(zip(nodes, event.name, strict=True))
+    run.places_m = dict(zip(nodes, zip(map(float, event.x_m), map(float, event.y_m), strict=True), strict=True))
+    run.sinks = {node for node, role in zip(nodes, event.role, strict=True) if role == "sink"}
+
+
+def _take_field(run: TrackRun, event: FieldInfo, _: int) -> None:
+    run.box_m = (event.x_m, event.y_m, event.x_m + event.width_m, event.y_m + event.height_m)
+
+
+def _take_problem(run: TrackRun, event: Problem, _: int) -> None:
+    if event.kind == "tracking":
+        run.measures = {each["node"]: each["measures"] for each in json.loads(event.content_json)["sensors"]}
+
+
+def _take_truth(run: TrackRun, event: TruthTargets, now_ns: int) -> None:
+    run.truth.add(event, now_ns)
+    places_m = zip(map(float, event.x_m), map(float, event.y_m), strict=True)
+    run.targets.append((now_ns, dict(zip(map(int, event.target), places_m, strict=True))))
+
+
+def _take_belief(run: TrackRun, event: Belief, now_ns: int) -> None:
+    if len(event.cell):
+        run.steps.append(Step(now_ns, event.node, event.target, event.step, belief_of(event)))
+
+
+def _take_estimate(run: TrackRun, event: Estimate, now_ns: int) -> None:
+    run.guesses.append(Guess(now_ns, event.node, event.target, (float(event.x_m), float(event.y_m))))
+
+
+def _take_handoff(run: TrackRun, event: Handoff, _: int) -> None:
+    run.choices.setdefault((event.node, event.target, event.step), event)
+
+
+def _take_role(run: TrackRun, event: Role, _: int) -> None:
+    if event.role == "leader" and event.holds:
+        run.leaders.add(event.node)
+
+
+def _take_life(run: TrackRun, event: NodeLife, now_ns: int) -> None:
+    if event.event in _DOWN + _UP:
+        run.lives.append((now_ns, event.node, event.event in _DOWN))
+
+
+_TAKE: Mapping[type[Event], Any] = {
+    NodeTable: _take_nodes,
+    FieldInfo: _take_field,
+    Problem: _take_problem,
+    TruthTargets: _take_truth,
+    Belief: _take_belief,
+    Estimate: _take_estimate,
+    Handoff: _take_handoff,
+    Role: _take_role,
+    NodeLife: _take_life,
+}

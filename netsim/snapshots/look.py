@@ -1,0 +1,17 @@
+"""How snapshots look: the paper's signs (Fig. 8), in colours that show on white and are told apart by most eyes."""
+
+from typing import Final
+
+AMPLITUDE: Final = "#F5B301"
+BEARING: Final = "#3FA7E0"
+SENSOR_EDGE: Final = "#4a4a4a"
+LEADER: Final = "#C2187A"
+NEIGHBOUR: Final = "#0A8F5B"
+TARGET: Final = "#D7191C"
+TRAIL: Final = "#111827"
+DOWN: Final = "#6b7280"
+CENTRE: Final = "#111827"
+CELLS: Final = ("#ffffff", "#dcd9ec", "#a9a3cf", "#6a5fae", "#3a2a7c", "#1c0f4d")
+"""From no probability to that of the most probable cell."""
+SPREAD: Final = "#a9a3cf"
+OUTAGE: Final = "#D7191C"

@@ -1,0 +1,159 @@
+"""The picture of a track: one panel an instant, and below them the error over time."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure, SubFigure
+
+from netsim.flow import look as flow_look
+from netsim.flow.drawing import save, styled
+from netsim.snapshots import look
+from netsim.snapshots.load import TrackRun
+from netsim.snapshots.moment import HOLD_S, Moment, in_seconds, moment
+from netsim.snapshots.panel import CELL_COLOURS, CELL_SCALE, draw_panel, legend_handles
+from netsim.units import NS_PER_S
+
+MOST_PANELS = 12
+"""Panels that one picture may have."""
+
+_WIDE_IN = 3.0
+_TALL_IN = 5.4  # a panel is at most so high
+_TEXT_IN = 0.65
+_STRIP_IN = 1.9
+_HEAD_IN = 0.4
+_LEGEND_IN = 0.62
+_COLUMNS = 4
+_APART = 0.06  # of the time shown: instants closer than this share a label
+
+
+def write_picture(run: TrackRun, times_ns: Sequence[int], path: Path) -> None:
+    """Draw some instants and write the picture.
+
+    Args:
+        run: What to draw.
+        times_ns: The instants that get a panel, in order.
+        path: Where to write; a name that ends in `.png` or `.svg`.
+
+    Raises:
+        NetsimError: If the file cannot be written.
+    """
+    with styled():
+        save(draw(run, times_ns), path)
+
+
+def draw(run: TrackRun, times_ns: Sequence[int]) -> Figure:
+    """The picture as a figure."""
+    moments = [moment(run, time_ns) for time_ns in times_ns]
+    rows = -(-len(moments) // _COLUMNS)
+    across = -(-len(moments) // rows)
+    wide_in, tall_in = _panel_in(run)
+    panels_in = _HEAD_IN + rows * (tall_in + _TEXT_IN)
+    size_in = max(7.6, across * (wide_in + 0.25) + 0.9), panels_in + _LEGEND_IN + _STRIP_IN
+    figure = Figure(figsize=size_in, layout="constrained")
+    grid = figure.add_gridspec(3, 1, height_ratios=[panels_in, _LEGEND_IN, _STRIP_IN])
+    above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
+    above.suptitle(f"Track: {run.title}", x=0.01, ha="left", fontsize=11, color=flow_look.INK)
+    _draw_panels(above, run, moments, (rows, across))
+    handles = legend_handles(run, moments)
+    across = -(-len(handles) // 2)
+    middle.legend(handles=handles, loc="center", ncols=across, fontsize=8, columnspacing=1.4, handletextpad=0.6)
+    _draw_error(below.subplots(), run, moments)
+    return figure
+
+
+def _panel_in(run: TrackRun) -> tuple[float, float]:
+    """Width and height of a panel in inches, in the field's proportions."""
+    low_x, low_y, high_x, high_y = run.box_m or (0.0, 0.0, 1.0, 1.0)
+    tall = (high_y - low_y) / (high_x - low_x)
+    wide_in = min(_WIDE_IN, _TALL_IN / tall)
+    return wide_in, wide_in * tall
+
+
+def _draw_panels(figure: SubFigure, run: TrackRun, moments: Sequence[Moment], shape: tuple[int, int]) -> None:
+    axes = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True)
+    for panel, each in zip(axes.flat, moments, strict=False):
+        draw_panel(panel, run, each)
+    for panel in axes.flat[len(moments) :]:
+        panel.set_axis_off()
+    for panel in axes[-1]:
+        panel.set_xlabel("x (m)")
+    for panel in axes[:, 0]:
+        panel.set_ylabel("y (m)")
+    bar = figure.colorbar(
+        ScalarMappable(CELL_SCALE, CELL_COLOURS), ax=axes, shrink=0.55, aspect=28, pad=0.015, ticks=[0, 0.1, 0.5, 1]
+    )
+    bar.set_label("belief: probability of a cell,\nover that of the most probable one", fontsize=8)
+    bar.outline.set_visible(False)
+
+
+def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
+    """Distance of every estimate from the nearest target, and how far off its belief expects it to be."""
+    for number, track in enumerate(sorted({each.track for each in run.guesses})):
+        times_s, errors_m = _errors(run, track)
+        axes.plot(
+            times_s, errors_m, color=look.TRAIL, lw=1.1, marker=".", ms=3.5, label="error" if not number else None
+        )
+        spread_s, spread_m = _spread(run, track)
+        label = "belief: root of its variance" if not number else None
+        axes.fill_between(spread_s, spread_m, color=look.SPREAD, alpha=0.45, lw=0, label=label)
+    for number, (begin_ns, end_ns) in enumerate(run.outages_ns):
+        label = "no leader" if not number else None
+        axes.axvspan(begin_ns / NS_PER_S, end_ns / NS_PER_S, color=look.OUTAGE, alpha=0.35, lw=0, label=label)
+    _mark_instants(axes, run, moments)
+    axes.set_ylim(0.0, _top_m(run))
+    axes.margins(x=0.01)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("distance from target (m)")
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=3, borderaxespad=0.0)
+
+
+def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
+    apart_ns = _APART * (run.steps[-1].time_ns - run.steps[0].time_ns)
+    named_ns = -math.inf
+    for each in moments:
+        axes.axvline(each.time_ns / NS_PER_S, color=look.LEADER, lw=0.9, ls=(0, (3, 2)))
+        if each.time_ns - named_ns >= apart_ns:
+            named_ns = each.time_ns
+            axes.annotate(
+                in_seconds(each.time_ns), (each.time_ns / NS_PER_S, 1.0), (3, -2), xycoords=("data", "axes fraction"),
+                textcoords="offset points", va="top", fontsize=7.5, color=look.LEADER,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+            )  # fmt: skip
+
+
+def _errors(run: TrackRun, track: int) -> tuple[list[float], list[float]]:
+    """Times and errors; a gap, so that no line bridges it, where nothing is said for long."""
+    pairs = [
+        (each.time_ns / NS_PER_S, run.truth.nearest_m(each.time_ns, each.place_m))
+        for each in run.guesses
+        if each.track == track
+    ]
+    return _with_gaps([(time_s, off_m) for time_s, off_m in pairs if off_m is not None])
+
+
+def _spread(run: TrackRun, track: int) -> tuple[list[float], list[float]]:
+    steps = [each for each in run.steps if each.track == track]
+    return _with_gaps([(each.time_ns / NS_PER_S, math.sqrt(each.belief.variance_m2)) for each in steps])
+
+
+def _with_gaps(pairs: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
+    times_s, values = [], []
+    for number, (time_s, value) in enumerate(pairs):
+        if number and time_s - pairs[number - 1][0] > HOLD_S:
+            times_s.append(time_s)
+            values.append(math.nan)
+        times_s.append(time_s)
+        values.append(value)
+    return times_s, values
+
+
+def _top_m(run: TrackRun) -> float:
+    """Upper end of the scale: the first beliefs, which know nothing, may leave it."""
+    errors = sorted(off for each in run.guesses if (off := run.truth.nearest_m(each.time_ns, each.place_m)) is not None)
+    spreads = sorted(math.sqrt(each.belief.variance_m2) for each in run.steps)
+    usual = [values[int(0.95 * (len(values) - 1))] for values in (errors, spreads) if values]
+    return 1.35 * max([*usual, 1.0])

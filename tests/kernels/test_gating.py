@@ -1,0 +1,72 @@
+"""The tail probability of readings: quadrature, and uniform under the model it assumes."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.stats import kstest
+
+from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec
+from netsim.kernels.gating import amplitude_cdf, tail_probability
+from netsim.kernels.grid_belief import Grid, uniform
+
+GRID = Grid((0.0, 0.0), 5.0, 20, 20)
+AMPLITUDE = SensorSpec((40.0, 30.0), AmplitudeModel(low=0.0, high=80.0, sd=0.1))
+BEARING = SensorSpec((40.0, 30.0), BearingModel())
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    amplitude=st.floats(-0.5, 30.0),
+    range_m=st.floats(1.0, 150.0),
+    low=st.floats(0.0, 20.0),
+    width=st.floats(1.0, 80.0),
+    sd=st.floats(0.05, 1.0),
+)
+def test_the_cdf_is_the_integral_of_the_density(amplitude, range_m, low, width, sd):
+    model = AmplitudeModel(low=low, high=low + width, sd=sd)
+    below = low / range_m - 12.0 * sd
+    points = [edge for edge in (low / range_m, (low + width) / range_m) if below < edge < amplitude]
+    density = lambda z: math.exp(float(model.log_density(z, range_m)))  # noqa: E731
+    expected = quad(density, below, amplitude, points=points or None, limit=200)[0] if amplitude > below else 0.0
+    assert float(amplitude_cdf(model, amplitude, range_m)) == pytest.approx(expected, abs=1e-7)
+
+
+def readings(sensor, belief, count, rng):
+    """Drawn from the predictive distribution."""
+    places = belief.centres_m[rng.choice(len(belief.cells), size=count, p=belief.probability)]
+    offsets = places - np.asarray(sensor.position_m)
+    range_m = np.maximum(np.hypot(*offsets.T), 0.5)
+    if sensor.measures_bearing:
+        true = np.arctan2(offsets[:, 0], offsets[:, 1])
+        error = sensor.model.spread_rad(range_m) * rng.standard_normal(count)
+        keep = np.abs(error) <= np.pi  # the model cuts off at half a turn
+        return (true + error)[keep]
+    model = sensor.model
+    return rng.uniform(model.low, model.high, count) / range_m + model.sd * rng.standard_normal(count)
+
+
+@pytest.mark.parametrize("sensor", [AMPLITUDE, BEARING], ids=["amplitude", "bearing"])
+@pytest.mark.parametrize("half_m", [0.0, 30.0])
+def test_tails_of_readings_that_fit_are_uniform(sensor, half_m):
+    belief = uniform(GRID, (72.0, 81.0), half_m)
+    tails = [
+        tail_probability(belief, sensor, reading)
+        for reading in readings(sensor, belief, 200 if sensor.measures_bearing else 800, np.random.default_rng(3))
+    ]
+    assert kstest(tails, "uniform").pvalue > 0.001
+
+
+def test_a_loud_reading_far_from_the_belief_is_an_outlier():
+    belief = uniform(GRID, (90.0, 90.0), 7.0)
+    assert tail_probability(belief, AMPLITUDE, 0.5) > 0.3
+    assert tail_probability(belief, AMPLITUDE, 20.0) < 1e-9
+    assert tail_probability(belief, BEARING, math.radians(39.8)) > 0.9
+    assert tail_probability(belief, BEARING, math.radians(-140.0)) < 1e-6
+
+
+def test_no_reading_is_no_outlier():
+    assert tail_probability(uniform(GRID), AMPLITUDE, math.nan) == 1.0
