@@ -111,3 +111,12 @@ def test_a_node_that_began_anew_vouches_for_nothing():
     again = figures_of(BEGUN[0], *PROVED, BEGUN[0], PROVED[1])
     assert again["map_proved_share"] == pytest.approx(1 / 3)
     assert again["trmp_vertices_unfinished"] == 2
+
+
+def test_losses_that_nobody_notices_cost_about_a_round_trip():
+    """Some sixty of the messages are lost; each would cost the silence of 5 s and more, this takes 10 s without loss."""
+    silent = ["medium={type: ideal, loss_probability: 0.05}", "mac={type: ideal}", "network={type: one-hop}"]
+    rest = ["algorithm.setup_exchange=broadcast", "repetition=1"]
+    _, figures = simulate(ASSOCIATION, [*COMMON, *silent, *rest])
+    assert figures["map_proved"] == 1
+    assert figures["last_news_s"] < 30
