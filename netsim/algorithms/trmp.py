@@ -8,8 +8,10 @@ Each connected component of the model works on its own and at its own pace: its 
 (`netsim.algorithms.trmp_inference`) until all trees agree on the state of every vertex, which is then the MAP state. A node
 serves all the vertices it hosts; messages between them cost no air, those for another node that are ready together share
 one. Every message is needed: `netsim.protocols.courier` sees to it that none is missing. Where one is in the end, its
-component waits until the time is over and proves nothing. Where sensors do not host their own variables, as in the
-target-oriented and the sensor-oriented model, hosts tell them in the end (`netsim.algorithms.trmp_conclusions`).
+component waits until the time is over and proves nothing. Where a node crashed and came up again, or two built their
+vertices from different measurements, the component gives up as soon as that shows, vertex telling vertex. Where sensors do
+not host their own variables, as in the target-oriented and the sensor-oriented model, hosts tell them in the end
+(`netsim.algorithms.trmp_conclusions`).
 
 What the processor is charged for: the sensor's reading, every max-product message and every decision on a tree. Not charged:
 building vertices, tree building, encoding and decoding.
@@ -27,10 +29,10 @@ from netsim.algorithms.trmp_inference import Plan
 from netsim.algorithms.trmp_messages import Claim, Entry, Heard, TreeMessage, decode, encode
 from netsim.algorithms.trmp_report import Report
 from netsim.algorithms.trmp_vertex import HostedVertex
-from netsim.api import Message, NodeHandle, NoEnergyError, Op
+from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.kernels.trmp import MARGIN, TreeSchedule
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
-from netsim.protocols.courier import Courier
+from netsim.protocols.courier import Arrival, Courier
 from netsim.protocols.exchange import Manner
 from netsim.units import s_to_ns
 
@@ -73,7 +75,9 @@ class TrmpParameters:
     resend_s: Positive = 0.5
     """Longest pause before it is sent again."""
     stall_s: Positive = 5.0
-    """How long a node hears nothing new before it asks for what it lacks; then twice as long, up to 32 times."""
+    """How long a node hears nothing new before it asks for what it lacks; then twice as long, up to 32 times. A loss that
+    comes to light in this way makes nodes confirm messages to each other: on links that do not acknowledge, later ones cost
+    a round trip each."""
     payload: Literal["float64", "float32"] = "float64"
     """Precision of numbers on the air. With float32 a state must be better than the next by a factor of e^0.001, not
     e^(10^-9), to count as the only best one: rounding must not prove anything."""
@@ -157,10 +161,10 @@ class _Host:
         arrived = yield from self._courier.receive(end_ns - node.now_ns, asks=asks)
         if arrived is None:
             return False
-        entries = self._taken(*arrived)
+        entries = self._taken(arrived)
         yield from node.pause(int(node.rng("spread").random() * s_to_ns(self._parameters.spread_s)))
         while (arrived := (yield from self._courier.receive(0, asks=False))) is not None:
-            entries += self._taken(*arrived)
+            entries += self._taken(arrived)
         yield from self._send(entries)
         return True
 
@@ -185,17 +189,31 @@ class _Host:
 
     def _linger(self, end_ns: int) -> Op[None]:
         """Stay within reach of those who may still lack a message: done, but not deaf."""
-        linger_ns = _LINGER_STALLS * self._stall_ns
-        yield from self._courier.receive(min(linger_ns, max(0, end_ns - self._node.now_ns)), asks=False)
+        node = self._node
+        end_ns = min(node.now_ns + _LINGER_STALLS * self._stall_ns, max(end_ns, node.now_ns))
+        while (yield from self._answer(end_ns, asks=False)):
+            pass
         yield from self._courier.see_off()
 
-    def _taken(self, message: Message, payload: bytes) -> list[Entry]:
+    def _taken(self, arrival: Arrival) -> list[Entry]:
+        if arrival.payload is None:
+            return self._parted(arrival.peer)
         entries: list[Entry] = []
-        for entry in decode(payload, self._parameters.payload):
+        for entry in decode(arrival.payload, self._parameters.payload):
             if self._fits(entry):
                 entries += self._delivered(entry)
             else:
-                self._node.log(f"message from vertex {entry.source} to {entry.destination} does not fit: left out")
+                self._node.log(f"message from vertex {entry.source} to {entry.destination} does not fit: given up")
+                entries += self._vertices[entry.destination].abandon()
+        return entries
+
+    def _parted(self, peer: int) -> list[Entry]:
+        """This node or the peer began anew: what the vertices there and here have to settle, they cannot any more."""
+        self.conclusions.lose(peer)
+        entries: list[Entry] = []
+        for hosted in self._vertices.values():
+            if any(self._hosts[other] == peer for other in hosted.vertex.neighbours):
+                entries += hosted.abandon()
         return entries
 
     def _fits(self, entry: Entry) -> bool:

@@ -31,6 +31,7 @@ class Conclusions:
         self._measured = measured if measured is not None and measured.knowledge.graph != "hybrid" else None
         self._claims: dict[tuple[int, int], Entry] = {}
         self._confirmed: set[tuple[int, int]] = set()
+        self._lost: set[int] = set()
         self._heard: dict[int, FloatArray] = {}
         self._iteration = 0
 
@@ -47,8 +48,16 @@ class Conclusions:
 
     @property
     def unconfirmed(self) -> list[Entry]:
-        """Claims that their sensors have not confirmed."""
-        return [entry for place, entry in sorted(self._claims.items()) if place not in self._confirmed]
+        """Claims that their sensors have not confirmed, and still may."""
+        return [
+            entry
+            for place, entry in sorted(self._claims.items())
+            if place not in self._confirmed and self.node_of(entry.destination) not in self._lost
+        ]
+
+    def lose(self, node: int) -> None:
+        """Nothing goes to a node or comes from it any more."""
+        self._lost.add(node)
 
     def peers(self, vertices: Mapping[int, ReweightableVertex]) -> set[int]:
         """The nodes that this one tells, by the vertices it hosts, and those that tell it."""

@@ -15,6 +15,7 @@ from netsim.reading import Document, Unknown, check_document, read_document
 from netsim.reading import Path as ValuePath
 from netsim.reading.remedies import nearest
 from netsim.scenario.fidelity import climb, fidelity_findings
+from netsim.scenario.model_checks import model_findings
 from netsim.scenario.schema import Scenario
 from netsim.sim.mac.ideal import IdealMacParameters
 
@@ -144,6 +145,7 @@ def _across(scenario: Scenario, document: Document, registry: Registry) -> Itera
     yield from _group_names(scenario, document)
     yield from _acknowledgements_in_time(scenario, document)
     yield from _problem_fits(scenario, document, registry)
+    yield from model_findings(scenario, document)
     yield from _sink_exists(scenario, document, registry)
     yield from _targets_in_field(scenario, document)
 

@@ -1,10 +1,14 @@
 """Tree-reweighted max-product among crashes: nothing is proved that is not, and no node ends with an exception."""
 
+import json
+
 import pytest
 from trmp_runs import ASSOCIATION, COMMON, IDEAL, simulate
 
+from netsim.kernels.assignment import best_assignment
+from netsim.kernels.association_model import AssociationInstance
 from netsim.metrics.optimality import Optimality
-from netsim.trace.events import AlgorithmRecord, VariablePlacement
+from netsim.trace.events import AlgorithmRecord, Association, Problem, VariablePlacement
 
 
 def test_a_root_that_dies_after_its_verdict_leaves_it_behind():
@@ -21,6 +25,56 @@ def test_a_node_that_dies_before_the_verdict_is_not_vouched_for():
     _, figures = simulate(ASSOCIATION, [*COMMON, *IDEAL, "faults=[{type: crash, nodes: [12], at_s: 6.2}]"])
     assert figures["map_proved"] == 0
     assert figures["trmp_vertices_unfinished"] > 0
+
+
+@pytest.mark.parametrize("at_s", [3, 6.5, 8, 12])
+def test_a_reboot_ends_in_not_proved(at_s):
+    """Before, in and after the growing of trees, and once some components are through: no node raises anything."""
+    crash = f"faults=[{{type: crash, nodes: [7, 12], at_s: {at_s}, reboot_after_s: 1}}]"
+    keep, figures = simulate(ASSOCIATION, [*COMMON, *IDEAL, "algorithm.time_limit_s=60", crash])
+    assert figures["reboots"] == 2
+    assert figures["map_proved"] == 0
+    if at_s in (6.5, 8):
+        assert any(note["is_abandoned"] for note in keep.notes("trmp_unfinished"))
+
+
+def test_who_gave_up_does_not_wait_for_the_end():
+    """Four sensors hang together here; they are through long before the time is over."""
+    line = [[x, 10] for x in range(5, 26, 5)]
+    few = ["problem.targets.count=12", f"nodes[0].placement={{type: listed, positions_m: {line}}}"]
+    crash = "faults=[{type: crash, nodes: [2], at_s: 6.1, reboot_after_s: 0.1}]"
+    keep, figures = simulate(ASSOCIATION, [*COMMON, *IDEAL, *few, crash])
+    unfinished = keep.notes("trmp_unfinished")
+    assert len(unfinished) == 4
+    assert all(note["is_abandoned"] for note in unfinished)
+    assert figures["simulated_s"] < 100
+
+
+@pytest.mark.parametrize("repetition", range(1, 7))
+def test_what_is_proved_among_reboots_is_the_map(repetition):
+    rule = "{type: crash, nodes: [2, 7, 11, 12, 13, 17, 22], rate_per_h: 200, reboot_after_s: 0.5}"
+    rest = ["problem.targets.count=20", "algorithm.time_limit_s=60", f"repetition={repetition}", f"faults=[{rule}]"]
+    keep, figures = simulate(ASSOCIATION, [*COMMON, *IDEAL, *rest])
+    instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
+    exact = best_assignment(instance).assignment
+    proved = proved_at_the_end(keep)
+    assert figures["reboots"] > 0
+    assert figures["map_proved"] == 0
+    decided = {event.node: event.target for event in keep.of(Association)}  # the last of each
+    sensors = [vertex for vertex in proved if vertex < len(instance.sensor_nodes)]
+    assert all(decided[instance.sensor_nodes[sensor]] == exact[sensor].tolist() for sensor in sensors)
+
+
+def proved_at_the_end(keep):
+    """Vertices whose last word is a proof."""
+    proved = set()
+    for event in keep.of(AlgorithmRecord):
+        fields = json.loads(event.fields_json)
+        if event.kind == "trmp_begun":
+            proved -= set(fields["vertices"])
+        elif event.kind == "trmp_verdict" and fields["proved"]:
+            proved.add(fields["vertex"])
+    return proved
 
 
 def figures_of(*records):
@@ -57,3 +111,12 @@ def test_a_node_that_began_anew_vouches_for_nothing():
     again = figures_of(BEGUN[0], *PROVED, BEGUN[0], PROVED[1])
     assert again["map_proved_share"] == pytest.approx(1 / 3)
     assert again["trmp_vertices_unfinished"] == 2
+
+
+def test_losses_that_nobody_notices_cost_about_a_round_trip():
+    """Some sixty of the messages are lost; each would cost the silence of 5 s and more, this takes 10 s without loss."""
+    silent = ["medium={type: ideal, loss_probability: 0.05}", "mac={type: ideal}", "network={type: one-hop}"]
+    rest = ["algorithm.setup_exchange=broadcast", "repetition=1"]
+    _, figures = simulate(ASSOCIATION, [*COMMON, *silent, *rest])
+    assert figures["map_proved"] == 1
+    assert figures["last_news_s"] < 30

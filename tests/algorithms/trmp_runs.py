@@ -36,5 +36,5 @@ class Keep:
 def simulate(path: Path, overrides: list[str]) -> tuple[Keep, dict[str, Any]]:
     keep, metrics = Keep(Problem, Association, AlgorithmRecord, Marginals), Metrics()
     result = run(load(path, overrides), observers=[keep, *metrics.observers])
-    assert not result.failures
+    assert not result.failures, result.failures
     return keep, metrics.figures()
