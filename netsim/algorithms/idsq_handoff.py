@@ -1,7 +1,6 @@
 """Steps 4 and 5 of Table 1 (Liu, Reich, Zhao 2002): who is to lead next, and the belief on its way there."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final
 
 from netsim.algorithms.idsq_messages import HANDOFF, NOBODY, TAKEN, Held, Thread, decode_energy, turn_of
 from netsim.algorithms.idsq_payload import Laid
@@ -10,13 +9,9 @@ from netsim.api import Message, Op
 from netsim.kernels.acoustics import SensorSpec
 from netsim.kernels.grid_belief import diffusion_operations
 from netsim.kernels.handoff_cost import HandoffCost
-from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.selection import PRICED, best, choosing_operations, utilities
 from netsim.trace.events import Handoff
 from netsim.units import s_to_ns
-
-LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
-"""Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
 
 
 class HandingOn:
@@ -43,7 +38,7 @@ class HandingOn:
         """
         node, robust = self._station.node, self._station.parameters.robust
         laid = self._station.coder.encode(held.belief)
-        yield from node.compute(LAYING_OUT * len(held.belief.cells))
+        yield from node.compute(laid.operations)
         yield from node.pause(held.thread.number * s_to_ns(self._station.parameters.answer_s))  # the others go first
         left_out = [*without, *self._left_out(held)]
         until_ns = (self._station.step + 1) * self._station.step_ns

@@ -8,7 +8,7 @@ divergence in bits, and no cell is lost.
 
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -17,12 +17,15 @@ from netsim.algorithms.idsq_positions import BITMAP, LIST, RUNS, laid_positions,
 from netsim.codec import Precision, decode_floats, encode_floats, size_byte
 from netsim.kernels.belief_fit import Mixture, divergence_bit, fit_operations, fitted, on_grid
 from netsim.kernels.grid_belief import Grid, GridBelief
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 from netsim.parameters import NonNegative, parameters
 
 Compression = Literal["none", "run_length", "image", "best"]
 Form = Literal["grid", "gaussian", "mixture"]
 MOST_CELLS: Final = 1 << 16
+LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
+"""Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
 _PRECISIONS: Final[tuple[Precision, ...]] = ("float64", "float32", "float16", "uint8")
 _LAYOUTS: Final = {"none": (LIST,), "run_length": (RUNS,), "image": (BITMAP, RUNS, LIST), "best": (BITMAP, RUNS, LIST)}
 _PARAMETRIC, _DEFLATED = 0x80, 0x40
@@ -55,11 +58,13 @@ class Laid:
         data: The bytes.
         form: `grid`, `gaussian` or `mixture`.
         divergence_bit: Kullback-Leibler divergence of the belief from what the bytes say.
+        operations: Elementary operations it took, every form that was tried included.
     """
 
     data: bytes
     form: str
     divergence_bit: float
+    operations: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,18 +92,14 @@ class BeliefCoder:
 
     def encode(self, belief: GridBelief) -> Laid:
         """The shortest form allowed."""
-        laid = self._laid(self._grid_bytes(belief), "grid", belief)
-        for form, data in self._parametric(belief, len(laid.data)):
-            other = self._laid(data, form, belief)
+        laid = self._laid(self._grid_bytes(belief), "grid", belief, LAYING_OUT * len(belief.cells))
+        operations = laid.operations
+        for form, data, fitting in self._parametric(belief, len(laid.data)):
+            operations += fitting
+            other = self._laid(data, form, belief, operations)
             if other.divergence_bit <= self.forms.most_divergence_bit:
                 return other
-        return laid
-
-    def operations(self, belief: GridBelief) -> int:
-        """Elementary operations of `encode`: some ten a cell for a grid, besides what is fitted."""
-        sizes = [1] * ("gaussian" in self.forms.forms) + list(_MIXTURE_SIZES) * ("mixture" in self.forms.forms)
-        cells = len(belief.cells)
-        return 10 * cells + sum(fit_operations(cells, self.grid.size, size) for size in sizes)
+        return replace(laid, operations=operations)
 
     def decode(self, data: bytes) -> GridBelief:
         """The belief that bytes say.
@@ -118,8 +119,8 @@ class BeliefCoder:
         weights = _read_weights(body[used:], len(cells), _PRECISIONS[head >> 2 & 0x03], deflated=bool(head & _DEFLATED))
         return GridBelief(self.grid, cells, weights / weights.sum())
 
-    def _laid(self, data: bytes, form: Form, belief: GridBelief) -> Laid:
-        return Laid(data, form, divergence_bit(belief, self.decode(data)))
+    def _laid(self, data: bytes, form: Form, belief: GridBelief, operations: int) -> Laid:
+        return Laid(data, form, divergence_bit(belief, self.decode(data)), operations)
 
     def _grid_bytes(self, belief: GridBelief) -> bytes:
         kinds = _LAYOUTS[self.forms.compression]
@@ -135,13 +136,19 @@ class BeliefCoder:
         packed = bytes([deflated[1] | head & 0x0C | _DEFLATED]) + deflated[0]
         return min(plain, packed, key=len)
 
-    def _parametric(self, belief: GridBelief, below_byte: int) -> Iterator[tuple[Form, bytes]]:
-        """Parametric forms shorter than so many bytes, the shortest first."""
-        for form, sizes in (("gaussian", (1,)), ("mixture", _MIXTURE_SIZES)):
-            for size in sizes if form in self.forms.forms else ():
-                data = _mixture_bytes(fitted(belief, size))
-                if len(data) < below_byte:
-                    yield ("gaussian" if form == "gaussian" else "mixture"), data
+    def _parametric(self, belief: GridBelief, below_byte: int) -> Iterator[tuple[Form, bytes, int]]:
+        """Parametric forms shorter than so many bytes, the shortest first, and the operations that each takes."""
+        sizes: dict[Form, tuple[int, ...]] = {"gaussian": (1,), "mixture": _MIXTURE_SIZES}
+        for form in sizes:
+            for size in sizes[form] if form in self.forms.forms else ():
+                if _mixture_byte(size) < below_byte:
+                    data = _mixture_bytes(fitted(belief, size))
+                    yield form, data, fit_operations(len(belief.cells), self.grid.size, size)
+
+
+def _mixture_byte(components: int) -> int:
+    """Bytes of a mixture: four a number, of which one component has five."""
+    return 1 + 4 * (6 * components if components > 1 else 5)
 
 
 def _mixture_bytes(mixture: Mixture) -> bytes:

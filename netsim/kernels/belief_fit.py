@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from netsim.kernels.grid_belief import Grid, GridBelief
+from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 LEAST_SD_CELLS = 0.3
@@ -102,6 +103,11 @@ def divergence_bit(belief: GridBelief, other: GridBelief) -> float:
 
 
 def fit_operations(cells: int, grid_cells: int, components: int) -> int:
-    """Elementary operations of `fitted`, `on_grid` and `divergence_bit`: some 25 a cell, component and step."""
+    """Elementary operations of `fitted`, `on_grid` and `divergence_bit`.
+
+    Each step takes a density and its share of the moments for every cell and component, the comparison a density for every
+    cell of the grid and component, and a logarithm a cell.
+    """
     steps = STEPS if components > 1 else 1
-    return 25 * components * (cells * steps + grid_cells) + 3 * cells
+    density = 15 + FUNCTION_OPERATIONS
+    return components * (cells * steps * (density + 15) + grid_cells * density) + cells * FUNCTION_OPERATIONS

@@ -8,7 +8,7 @@ from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
-from netsim.metrics.fusion import BeliefLatency, Fusion
+from netsim.metrics.fusion import Fusion
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.leaders import Leaders
 from netsim.metrics.life import Life
@@ -47,7 +47,6 @@ class Metrics:
             Beliefs(),
             Handoffs(),
             Leaders(),
-            BeliefLatency(),
             Fusion(),
             Table2(),
             Traffic(),

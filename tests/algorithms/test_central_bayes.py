@@ -76,7 +76,7 @@ def test_on_the_radio_it_loses_what_the_radio_loses(central):
     figures = run.figures()
     assert figures["fused_readings_mean"] == pytest.approx(np.mean(counts))
     assert (figures["fused_steps"], figures["fused_readings_least"]) == (len(steps), min(counts))
-    assert 0.26 < figures["belief_latency_mean_s"] <= figures["belief_latency_max_s"] < 0.5
+    assert 0.26 < figures["belief_age_mean_s"] <= figures["belief_age_max_s"] < 0.5
 
 
 def test_what_comes_too_late_is_counted_and_left_out(central):

@@ -88,6 +88,9 @@ def test_the_shortest_form_that_loses_little_enough_is_sent():
     assert normal.divergence_bit <= 0.1
     strict = BeliefCoder(GRID, "uint8", BeliefForms(forms=all_forms, most_divergence_bit=0.0)).encode(belief)
     assert strict.form == "grid"
+    plain = BeliefCoder(GRID, "uint8").encode(belief)
+    assert strict.data == plain.data
+    assert plain.operations < normal.operations < strict.operations  # whatever was tried is charged
     two = GridBelief(GRID, np.array([100, 101, 130, 900, 901, 930]), np.array([0.2, 0.1, 0.2, 0.2, 0.1, 0.2]))
     assert BeliefCoder(GRID, "uint8", BeliefForms(forms=all_forms)).encode(two).form == "grid"  # six cells are shortest
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from netsim.metrics.fusion import BeliefLatency, Fusion
+from netsim.metrics.fusion import Fusion
 from netsim.metrics.table2 import Table2
 from netsim.scenario.load import load
 from netsim.scenario.run import run
@@ -67,12 +67,6 @@ def test_readings_by_hand():
 def test_other_problems_and_runs_without_beliefs_have_no_costs():
     assert figures(Table2(), (0, FIELD), (0, nodes("sensor")), (0, PROBLEM)) == {}
     assert figures(Table2(), (0, nodes("sensor")), (0, Problem("none", "{}")), (0, belief(0, 1, 5))) == {}
-
-
-def test_latencies_are_from_the_reading_instant():
-    rows = [(0, PROBLEM), (7, belief(0, 0, 5)), (S // 2 + 40, belief(0, 1, 5)), (S + 20, belief(0, 2, 5))]
-    assert figures(BeliefLatency(), *rows) == {"belief_latency_mean_s": 30 / S, "belief_latency_max_s": 40 / S}
-    assert figures(BeliefLatency(), *rows[:2]) == {}
 
 
 def test_fusion_is_summed_up():

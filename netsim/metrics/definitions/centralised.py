@@ -8,17 +8,7 @@ _READINGS = f"MessageSent, NodeTable; {LIU_2002}, Table 2"
 
 METRICS = (
     *grouped(
-        "tracking: latency and fusion",
-        (
-            "belief_latency_mean_s",
-            "s",
-            "lower",
-            "Time from the instant of a reading, a multiple of the problem's `reading_s`, to the belief that holds it: the "
-            "sensor's time, computing, and for a centre waiting for readings. Mean over all beliefs but those of step 0; "
-            "missing without any.",
-            "Belief, Problem",
-        ),
-        ("belief_latency_max_s", "s", "lower", "The longest of the same.", "Belief, Problem"),
+        "tracking: fusion at a centre",
         (
             "fused_steps",
             "1",
