@@ -138,3 +138,29 @@ class Record:
             struct.error: If the bytes end too early.
         """
         return self._struct.unpack_from(data, offset)
+
+
+_COUNT = Record("H")
+_LONG_COUNT = Record("HI")
+_IS_LONG = 0xFFFF
+
+
+def encode_count(count: int) -> bytes:
+    """How many entries follow: two bytes, from 65,535 on six.
+
+    Raises:
+        struct.error: Below 0, and above 4,294,967,295.
+    """
+    return _LONG_COUNT.pack(_IS_LONG, count) if count >= _IS_LONG else _COUNT.pack(count)
+
+
+def decode_count(data: bytes, offset: int = 0) -> tuple[int, int]:
+    """The inverse of `encode_count`: the count, and where what follows it begins.
+
+    Raises:
+        struct.error: If the bytes end too early.
+    """
+    (count,) = _COUNT.unpack(data, offset)
+    if count < _IS_LONG:
+        return int(count), offset + _COUNT.size_byte
+    return int(_LONG_COUNT.unpack(data, offset)[1]), offset + _LONG_COUNT.size_byte

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from netsim.codec import decode_floats, encode_floats, float_width, size_byte
+from netsim.codec import decode_count, decode_floats, encode_count, encode_floats, float_width, size_byte
 
 WIDTHS = ["float64", "float32", "float16", "uint8"]
 FLOAT16_MAX = 65504.0
@@ -106,3 +106,10 @@ def test_float_widths_are_numpys_bytes(width, dtype):
 
 def test_numbers_of_different_kinds_go_as_float16():
     assert float_width("uint8") == "float16"
+
+
+@given(count=st.integers(0, 70_000) | st.integers(0, 2**32 - 1))
+def test_a_count_comes_back_and_small_ones_take_two_bytes(count):
+    data = encode_count(count)
+    assert len(data) == (2 if count < 65_535 else 6)
+    assert decode_count(b"ab" + data + b"c", 2) == (count, 2 + len(data))

@@ -4,19 +4,21 @@ from collections.abc import Iterable
 
 from netsim.algorithms.message_passing_parameters import LAST_ROUND
 from netsim.api import Message
-from netsim.codec import Precision, Record, decode_floats, encode_floats, size_byte
+from netsim.codec import Precision, Record, decode_count, decode_floats, encode_count, encode_floats, size_byte
 from netsim.kernels.semiring import FloatArray
 
 EdgeMessage = tuple[int, int, FloatArray]
 """Source vertex, destination vertex, log message."""
-_ENTRY = Record("HHHH")  # round or step modulo 65,536, source vertex, destination vertex, number of entries
+_ENTRY = Record("HHH")  # round or step modulo 65,536, source vertex, destination vertex; the number of entries follows
 _ROUND = Record("H")  # what every payload begins with
 
 
 def encode_entries(round_number: int, entries: Iterable[tuple[int, int, FloatArray]], width: Precision) -> bytes:
     """Messages for one node as one payload: (source vertex, destination vertex, log message) each."""
     return b"".join(
-        _ENTRY.pack(round_number & LAST_ROUND, source, destination, len(message)) + encode_floats(message, width)
+        _ENTRY.pack(round_number & LAST_ROUND, source, destination)
+        + encode_count(len(message))
+        + encode_floats(message, width)
         for source, destination, message in entries
     )
 
@@ -26,8 +28,8 @@ def decode_entries(payload: bytes, width: Precision) -> list[tuple[int, int, int
     entries = []
     offset = 0
     while offset < len(payload):
-        round_number, source, destination, size = _ENTRY.unpack(payload, offset)
-        begin = offset + _ENTRY.size_byte
+        round_number, source, destination = _ENTRY.unpack(payload, offset)
+        size, begin = decode_count(payload, offset + _ENTRY.size_byte)
         offset = begin + size_byte(size, width)
         entries.append((round_number, source, destination, decode_floats(payload[begin:offset], width)))
     return entries

@@ -6,10 +6,10 @@ vertex concludes about sensors whose nodes do not host it goes the same way at t
 
 import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from typing import Any
 
-from netsim.codec import FloatWidth, decode_floats, encode_floats, size_byte
+from netsim.codec import FloatWidth, decode_count, decode_floats, encode_count, encode_floats, size_byte
 from netsim.kernels.semiring import FloatArray
 
 
@@ -129,8 +129,7 @@ class Entry:
 _HEAD = struct.Struct("<BHH")
 _FIELDS = {
     Wave: struct.Struct("<HHB"),
-    Echo: struct.Struct("<6H"),
-    TreeMessage: struct.Struct("<HBHH"),
+    TreeMessage: struct.Struct("<HBH"),
     Vote: struct.Struct("<HB"),
     Verdict: struct.Struct("<HBB"),
     Next: struct.Struct("<HB"),
@@ -153,25 +152,22 @@ def encode(entries: Iterable[Entry], width: FloatWidth) -> bytes:
 
 
 def _encoded(body: Body, width: FloatWidth) -> bytes:
-    fields = _FIELDS[type(body)]
+    layout = _FIELDS[type(body)]
     match body:
         case Wave(tree, initiator, echo):
-            flat = () if echo is None else _numbers(echo)
-            return fields.pack(tree, initiator, echo is not None) + (_FIELDS[Echo].pack(*flat) if flat else b"")
+            told = b"" if echo is None else b"".join(map(encode_count, astuple(echo)))
+            return layout.pack(tree, initiator, echo is not None) + told
         case Next(root, diameters):
-            return fields.pack(root, len(diameters)) + _counts(diameters)
+            return layout.pack(root, len(diameters)) + _counts(diameters)
         case Go(diameters):
-            return fields.pack(len(diameters)) + _counts(diameters)
+            return layout.pack(len(diameters)) + _counts(diameters)
         case TreeMessage(iteration, tree, number, log_message):
-            return fields.pack(iteration, tree, number, len(log_message)) + encode_floats(log_message, width)
+            size = encode_count(len(log_message))
+            return layout.pack(iteration, tree, number) + size + encode_floats(log_message, width)
         case Vote() | Verdict() | Heard() | Abandon():
-            return fields.pack(*astuple(body))
+            return layout.pack(*astuple(body))
         case Claim(iteration, rows):
-            return fields.pack(iteration, len(rows)) + _rows(rows, width)
-
-
-def _numbers(echo: Echo) -> tuple[int, ...]:
-    return (echo.vertices, echo.uncovered, echo.most_uncovered, echo.next_root, echo.height, echo.longest)
+            return layout.pack(iteration, len(rows)) + _rows(rows, width)
 
 
 def _rows(rows: Mapping[int, FloatArray], width: FloatWidth) -> bytes:
@@ -192,13 +188,16 @@ def decode(payload: bytes, width: FloatWidth) -> list[Entry]:
     return entries
 
 
-def _wave(payload: bytes, offset: int, _: FloatWidth) -> tuple[Body, int]:
+def _wave(payload: bytes, offset: int, __: FloatWidth) -> tuple[Body, int]:
     tree, initiator, has_echo = _FIELDS[Wave].unpack_from(payload, offset)
     offset += _FIELDS[Wave].size
     if not has_echo:
         return Wave(tree, initiator, None), offset
-    echo = Echo(*_FIELDS[Echo].unpack_from(payload, offset))
-    return Wave(tree, initiator, echo), offset + _FIELDS[Echo].size
+    numbers = []
+    for _ in fields(Echo):
+        number, offset = decode_count(payload, offset)
+        numbers.append(number)
+    return Wave(tree, initiator, Echo(*numbers)), offset
 
 
 def _next(payload: bytes, offset: int, _: FloatWidth) -> tuple[Body, int]:
@@ -214,8 +213,8 @@ def _go(payload: bytes, offset: int, _: FloatWidth) -> tuple[Body, int]:
 
 
 def _tree_message(payload: bytes, offset: int, width: FloatWidth) -> tuple[Body, int]:
-    iteration, tree, number, size = _FIELDS[TreeMessage].unpack_from(payload, offset)
-    begin = offset + _FIELDS[TreeMessage].size
+    iteration, tree, number = _FIELDS[TreeMessage].unpack_from(payload, offset)
+    size, begin = decode_count(payload, offset + _FIELDS[TreeMessage].size)
     end = begin + size_byte(size, width)
     return TreeMessage(iteration, tree, number, decode_floats(payload[begin:end], width)), end
 

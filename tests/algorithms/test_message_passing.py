@@ -184,6 +184,14 @@ def test_entries_of_any_precision_follow_each_other(payload: Precision) -> None:
         np.testing.assert_allclose(got, message, atol=3e-3)  # half a step over this range is 1.9e-3
 
 
+def test_an_entry_may_have_more_numbers_than_two_bytes_can_count() -> None:
+    messages = [np.linspace(-9.0, 0.0, 70_000), np.array([-0.5])]
+    sent = encode_entries(7, [(number, 9, message) for number, message in enumerate(messages)], "float64")
+    assert len(sent) == 8 + 4 + 8 * 70_000 + 8 + 8
+    for (_, _, _, got), message in zip(decode_entries(sent, "float64"), messages, strict=True):
+        assert got.tolist() == message.tolist()
+
+
 def test_asynchronous_agrees_with_synchronous_on_a_tree(scenarios: Path) -> None:
     graph = "problem.graph={type: tree, variables: 9, states: 2}"
     algorithm = "algorithm={type: cssp, tolerance: 0, schedule: asynchronous, rounds: 30, round_s: 1}"
