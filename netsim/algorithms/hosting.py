@@ -12,6 +12,7 @@ from netsim.kernels import counting_model
 from netsim.kernels.association_graph import model_vertices
 from netsim.kernels.association_model import AssociationKnowledge
 from netsim.kernels.graph_model import GraphKnowledge
+from netsim.kernels.listed_vertex import ListedVertex
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.target_distribution import DistributionKnowledge
 from netsim.kernels.vertex import Vertex
@@ -28,11 +29,14 @@ class Measurements:
         knowledge: What it knew before.
         own_m: Its own measurements, shape (q, 2).
         others_m: Those of its partners, by sensor.
+        lacking: Sensors that are taken to have measured nothing because nothing is known of it: partners that were not
+            heard, and the node's own sensor where its energy allowance refused the reading.
     """
 
     knowledge: AssociationKnowledge
     own_m: FloatArray
     others_m: Mapping[int, FloatArray]
+    lacking: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +60,8 @@ def prepare(
     """Build the vertices this node hosts; returns at the deadline on every node that is up by then.
 
     In data association a sensor's compatibility functions contain its partners' measurements (Chen et al. 2006, eqs 9
-    and 14), so these are exchanged first. Where a partner was not heard, the node goes on as if it had measured nothing.
+    and 14), so these are exchanged first. Where a partner was not heard, the node goes on as if it had measured nothing;
+    a node whose energy allowance refuses the reading tells nothing.
 
     Args:
         node: The node.
@@ -79,9 +84,11 @@ def prepare(
             heard = yield from ask_again(node, OBSERVATIONS, partners, node.now_ns + late_ns, attempts)
         else:
             heard = yield from exchange(node, OBSERVATIONS, payload, partners, deadline_ns, attempts, manner)
-        own, others = _measured(knowledge, payload, heard, float_width(width))
+        own, others = _measured(knowledge, payload or b"", heard, float_width(width))
         vertices = tuple(model_vertices(knowledge, own, others))
-        return Hosting(vertices, dict(knowledge.hosts), Measurements(knowledge, own, others))
+        lacking = {sensor for sensor in knowledge.partners if knowledge.sensor_nodes[sensor] not in heard}
+        lacking |= {knowledge.sensor} if payload is None else set()
+        return Hosting(vertices, dict(knowledge.hosts), Measurements(knowledge, own, others, frozenset(lacking)))
     if isinstance(knowledge, DistributionKnowledge):
         reading = yield from _read(node)
         yield from node.pause_until(deadline_ns)
@@ -96,6 +103,18 @@ def prepare(
     raise AlgorithmError(message)
 
 
+def is_founded(vertex: Vertex, measured: Measurements | None) -> bool:
+    """Whether a vertex' potentials rest on measurements alone, none of them taken to be nothing because it is unknown.
+
+    What clusters of the sensor-oriented model have of each other's measurements is not looked at: where one of two hosts
+    lacks them, messages between the two do not have the size that the other expects.
+    """
+    if measured is None:
+        return True
+    sensors = {s for s, _ in vertex.scope} if isinstance(vertex, ListedVertex) else {vertex.id, *vertex.neighbours}
+    return measured.lacking.isdisjoint(sensors)
+
+
 def _read(node: NodeHandle) -> Op[float | None]:
     """The sensor's count; None where the sensor gives none, or the node's energy allowance refuses the reading."""
     try:
@@ -105,15 +124,12 @@ def _read(node: NodeHandle) -> Op[float | None]:
     return float(observation.values[0]) if observation.values.size else None
 
 
-def _sensed(node: NodeHandle, width: FloatWidth) -> Op[bytes]:
-    """The sensor's measurements as they are told.
-
-    A node whose energy allowance refuses the reading goes on as if it had measured nothing.
-    """
+def _sensed(node: NodeHandle, width: FloatWidth) -> Op[bytes | None]:
+    """The sensor's measurements as they are told; None where the node's energy allowance refuses the reading."""
     try:
         observation = yield from node.sense()
     except NoEnergyError:
-        return b""
+        return None
     return encode_floats(observation.values.ravel(), width)
 
 

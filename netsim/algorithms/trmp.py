@@ -23,13 +23,14 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le
 
-from netsim.algorithms.hosting import Hosting, prepare
+from netsim.algorithms.hosting import Hosting, is_founded, prepare
+from netsim.algorithms.patient_compute import compute_when_allowed
 from netsim.algorithms.trmp_conclusions import Conclusions
 from netsim.algorithms.trmp_inference import Plan
 from netsim.algorithms.trmp_messages import Claim, Entry, Heard, TreeMessage, decode, encode
 from netsim.algorithms.trmp_report import Report
 from netsim.algorithms.trmp_vertex import HostedVertex
-from netsim.api import NodeHandle, NoEnergyError, Op
+from netsim.api import NodeHandle, Op
 from netsim.kernels.trmp import MARGIN, TreeSchedule
 from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
 from netsim.protocols.courier import Arrival, Courier
@@ -137,6 +138,9 @@ class _Host:
         self._parameters = parameters
         self._report = report
         self._stall_ns = s_to_ns(parameters.stall_s)
+        self._limit_ns = s_to_ns(parameters.time_limit_s)
+        self._is_spent = False
+        self._measured = hosting.measured
         self.conclusions = Conclusions(hosting.measured)
         hosted = {number: each.vertex for number, each in vertices.items()}
         peers = (set(hosting.hosts.values()) | self.conclusions.peers(hosted)) - {node.id}
@@ -145,7 +149,10 @@ class _Host:
 
     def serve(self, end_ns: int) -> Op[None]:
         """Begin, then answer until the time is over or nothing is left to be done here."""
-        yield from self._send([entry for vertex in self._vertices.values() for entry in vertex.start()])
+        begun: list[Entry] = []
+        for hosted in self._vertices.values():
+            begun += hosted.start() if is_founded(hosted.vertex, self._measured) else hosted.abandon()
+        yield from self._send(begun)
         while not self._is_finished and self._node.now_ns < end_ns:
             if not (yield from self._answer(end_ns)):
                 break
@@ -170,7 +177,8 @@ class _Host:
 
     @property
     def _is_finished(self) -> bool:
-        return all(vertex.is_finished for vertex in self._vertices.values())
+        """Whether nothing is left to be done here, or nothing more can be: no energy is left to compute with."""
+        return self._is_spent or all(vertex.is_finished for vertex in self._vertices.values())
 
     def _conclude(self, end_ns: int) -> Op[None]:
         """Tell the sensors until all have confirmed, as often as messages are sent again; hear what one's own is told."""
@@ -251,11 +259,12 @@ class _Host:
                     waiting += self._delivered(entry)
                 else:
                     remote.append(entry)
-        try:
-            yield from self._node.compute(sum(vertex.spent() for vertex in self._vertices.values()))
-        except NoEnergyError:
-            remote = []
-        self._report.verdicts()
+        operations = sum(vertex.spent() for vertex in self._vertices.values())
+        if not (yield from compute_when_allowed(self._node, operations, self._limit_ns)):
+            self._is_spent = True  # what it would say or conclude is of a computation that was refused
+            return
+        if not self._is_spent:
+            self._report.verdicts()
         self._hand_over([entry for entry in remote if not entry.is_held])
         held = [entry for entry in remote if entry.is_held]
         if held:

@@ -13,7 +13,7 @@ REQUEST = "-request"
 def exchange(
     node: NodeHandle,
     kind: str,
-    payload: bytes,
+    payload: bytes | None,
     partners: Collection[int],
     deadline_ns: int,
     attempts: int = 3,
@@ -32,7 +32,7 @@ def exchange(
     Args:
         node: The node.
         kind: Message kind; requests are of the kind with `-request` added.
-        payload: What to tell.
+        payload: What to tell; None to listen only.
         partners: Whom to tell, and whom to hear.
         deadline_ns: When to return, by the node's clock.
         attempts: How often to try.
@@ -42,19 +42,21 @@ def exchange(
         What each partner said; those that were not heard are missing.
     """
     heard: dict[int, bytes] = {}
-    if manner == "unicast":
-        task = node.spawn(_tell(node, kind, payload, sorted(partners), deadline_ns, attempts))
-    else:
-        task = node.spawn(_tell_all(node, kind, payload, sorted(partners), heard, deadline_ns, attempts))
+    telling = []
+    if payload is not None and manner == "unicast":
+        telling.append(node.spawn(_tell(node, kind, payload, sorted(partners), deadline_ns, attempts)))
+    elif payload is not None:
+        telling.append(node.spawn(_tell_all(node, kind, payload, sorted(partners), heard, deadline_ns, attempts)))
     while node.now_ns < deadline_ns:
         message = yield from node.receive(kinds={kind, kind + REQUEST}, timeout_ns=deadline_ns - node.now_ns)
         if message is None:
             continue
         if message.kind == kind:
             heard[message.source] = message.payload
-        else:
+        elif payload is not None:
             node.send(message.source, kind, payload, causes=[message])
-    task.cancel()
+    for task in telling:
+        task.cancel()
     return {partner: heard[partner] for partner in sorted(partners) if partner in heard}
 
 

@@ -5,7 +5,9 @@ import json
 import pytest
 from trmp_runs import ASSOCIATION, COMMON, IDEAL, simulate
 
+from netsim.algorithms.hosting import Measurements, is_founded
 from netsim.kernels.assignment import best_assignment
+from netsim.kernels.association_graph import model_vertices
 from netsim.kernels.association_model import AssociationInstance
 from netsim.metrics.optimality import Optimality
 from netsim.trace.events import AlgorithmRecord, Association, Problem, VariablePlacement
@@ -63,6 +65,53 @@ def test_what_is_proved_among_reboots_is_the_map(repetition):
     decided = {event.node: event.target for event in keep.of(Association)}  # the last of each
     sensors = [vertex for vertex in proved if vertex < len(instance.sensor_nodes)]
     assert all(decided[instance.sensor_nodes[sensor]] == exact[sensor].tolist() for sensor in sensors)
+
+
+NINE = ["nodes[0].placement={type: grid, rows: 3, columns: 3, spacing_m: 5}", "algorithm.time_limit_s=100"]
+UNACKNOWLEDGED = ["mac={type: ideal}", "network={type: one-hop}", "medium={type: ideal, loss_probability: 0.3}"]
+
+
+@pytest.mark.parametrize("seed", [9, 10, 11])
+def test_a_host_that_lacks_a_measurement_proves_nothing_about_its_target(seed):
+    """In the target-oriented model the size of a message need not tell it: a sensor may matter to one target alone.
+
+    Without giving up, all three runs prove for such a target that it was missed by a sensor that detected it.
+    """
+    model = ["problem.targets.count=6", "problem.model=target", "problem.false_alarms=geometric", f"seed={seed}"]
+    keep, figures = simulate(ASSOCIATION, [*COMMON, *NINE, *UNACKNOWLEDGED, *model])
+    assert any(note["is_abandoned"] for note in keep.notes("trmp_unfinished"))
+    assert figures["map_proved"] == 0
+
+
+def test_a_refused_computation_is_made_up_for():
+    """Nodes may compute and send for some five seconds of ten: whatever is refused comes when the allowance does."""
+    few = ["fidelity=ideal", "problem.targets.count=8", "algorithm.time_limit_s=300", "seed=1"]
+    budget = "nodes[0].budget={allowance_j: 0.3, per: 10, policy: refuse}"
+    _, figures = simulate(ASSOCIATION, [*COMMON, NINE[0], *few, budget])
+    assert figures["map_proved"] == 1
+    assert figures["association_differs_from_exact_map"] == 0
+
+
+def test_a_node_without_energy_to_compute_leaves_its_component_unproved():
+    """The allowance is for the whole run and gone while inference goes on: nothing comes after it, and nothing fails."""
+    few = ["fidelity=ideal", "problem.targets.count=8", "algorithm.time_limit_s=60", "seed=1"]
+    budget = "nodes[0].budget={allowance_j: 0.345, per: run, policy: refuse}"
+    _, figures = simulate(ASSOCIATION, [*COMMON, NINE[0], *few, budget])
+    assert 0 < figures["map_proved_share"] < 1
+    assert figures["trmp_messages_by_phase_per_sensor"]["inference"] > 0
+
+
+def test_vertices_made_without_a_measurement_are_not_founded():
+    """Sensor 2 was not heard: it matters to targets that it covers, and to sensors it shares a target with."""
+    keep, _ = simulate(ASSOCIATION, [*COMMON, *IDEAL, NINE[0], "algorithm.time_limit_s=7"])
+    instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
+    knowledge = instance.knowledge(4)
+    others_m = {other: instance.measurements_m[other] for other in knowledge.partners}
+    for vertex in model_vertices(knowledge, instance.measurements_m[4], others_m):
+        for other in range(9):
+            measured = Measurements(knowledge, instance.measurements_m[4], others_m, frozenset([other]))
+            assert is_founded(vertex, measured) == (other != vertex.id and other not in vertex.neighbours)
+        assert is_founded(vertex, None)
 
 
 def proved_at_the_end(keep):

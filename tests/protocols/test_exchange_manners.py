@@ -15,21 +15,22 @@ S = 1_000_000_000
 
 
 class Tell:
-    """Tells its number to all others."""
+    """Tells its number to all others; who is silent only listens."""
 
-    def __init__(self, manner):
-        self._manner = manner
+    def __init__(self, parameters):
+        self._manner, self._silent = parameters
 
     def run(self, node):
         partners = [other for other in range(5) if other != node.id]
-        heard = yield from exchange(node, "word", bytes([node.id]), partners, S, manner=self._manner)
+        word = None if node.id in self._silent else bytes([node.id])
+        heard = yield from exchange(node, "word", word, partners, S, manner=self._manner)
         assert node.now_ns == S
         assert list(heard.items()) == [(partner, bytes([partner])) for partner in heard]
         node.record(AlgorithmRecord(node.id, "heard", str(sorted(heard))))
 
 
-def told(manner, **more):
-    run = run_algorithm(Tell, nodes=5, parameters=manner, **more).require_success()
+def told(manner, silent=(), **more):
+    run = run_algorithm(Tell, nodes=5, parameters=(manner, silent), **more).require_success()
     return run, {event.node: event.fields_json for _, event in run.of(AlgorithmRecord)}
 
 
@@ -71,3 +72,10 @@ def test_who_stays_silent_is_missing_and_the_call_returns_in_time():
         _, heard = told(manner, medium=deaf)
         assert heard[3] == "[]"
         assert heard[0] == "[1, 2, 4]"
+
+
+@pytest.mark.parametrize("manner", ["unicast", "broadcast"])
+def test_who_has_nothing_to_tell_hears_the_others(manner):
+    run, heard = told(manner, silent=(3,))
+    assert heard == {node: str([other for other in range(5) if other not in (node, 3)]) for node in range(5)}
+    assert all(event.source != 3 or event.kind != "word" for _, event in run.of(MessageSent))
