@@ -83,6 +83,20 @@ def test_a_host_that_lacks_a_measurement_proves_nothing_about_its_target(seed):
     assert figures["map_proved"] == 0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["hybrid", "sensor", "target"])
+def test_what_is_proved_through_losses_is_the_map_in_every_model(model):
+    """Twenty-five problems each, a fifth of all frames lost and nobody acknowledging; the integer programme is the oracle."""
+    kind = [f"problem.model={model}", "problem.false_alarms=geometric", "problem.targets.count=5"]
+    loss = [*UNACKNOWLEDGED[:2], "medium={type: ideal, loss_probability: 0.2}", "algorithm.setup_exchange=broadcast"]
+    proved = 0
+    for seed in range(25):
+        _, figures = simulate(ASSOCIATION, [*COMMON, *NINE, *loss, *kind, f"seed={seed}"])
+        proved += figures["map_proved"]
+        assert not figures["map_proved"] or figures["association_differs_from_exact_map"] == 0
+    assert proved > 12
+
+
 def test_a_refused_computation_is_made_up_for():
     """Nodes may compute and send for some five seconds of ten: whatever is refused comes when the allowance does."""
     few = ["fidelity=ideal", "problem.targets.count=8", "algorithm.time_limit_s=300", "seed=1"]
