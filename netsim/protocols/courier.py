@@ -14,7 +14,7 @@ to each other: neither could make up for what the old life knew. Each gets to kn
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from netsim.api import Message, NodeHandle, Op, Task
+from netsim.api import Delivery, Message, NodeHandle, Op, Task
 from netsim.protocols.courier_peer import HEAD, NUMBERS, STATUS, Peer
 from netsim.protocols.round_trip import RoundTrip
 
@@ -173,10 +173,15 @@ class Courier:
             delivery = yield from self._node.send(peer, self._repeat, status, causes=()).wait()
             if delivery.acknowledged or attempt == self._resend:
                 return
-            yield from self._pause_at_random()
+            yield from self._pause_after(delivery)
 
-    def _pause_at_random(self) -> Op[None]:
-        yield from self._node.pause(int(self._node.rng("resend").random() * self._resend_ns))
+    def _pause_after(self, delivery: Delivery) -> Op[None]:
+        """Wait before a message goes again: at random, where the energy allowance refused it from when that comes back."""
+        node, back_ns = self._node, self._node.budget.replenishes_ns
+        if delivery.reason == "no_energy" and back_ns is not None:
+            # no longer than the longest silence: then it is asked for
+            yield from node.pause(min(max(0, back_ns - node.now_ns), self._stall_ns << _LONGEST_PAUSES))
+        yield from node.pause(int(node.rng("resend").random() * self._resend_ns))
 
     def _spawn(self, op: Op[None]) -> None:
         self._posts.append(self._node.spawn(op))
@@ -204,5 +209,5 @@ class Courier:
                     break
                 yield from node.pause(self._trip.timeout_ns(attempt))
             elif attempt < self._resend:
-                yield from self._pause_at_random()
+                yield from self._pause_after(delivery)
         other.under_way.discard(number)

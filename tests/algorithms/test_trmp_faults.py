@@ -86,7 +86,7 @@ def test_a_host_that_lacks_a_measurement_proves_nothing_about_its_target(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["hybrid", "sensor", "target"])
 def test_what_is_proved_through_losses_is_the_map_in_every_model(model):
-    """Twenty-five problems each, a fifth of all frames lost and nobody acknowledging; the integer programme is the oracle."""
+    """Twenty-five problems each, a fifth of all frames lost and nobody acknowledging; the integer programme knows."""
     kind = [f"problem.model={model}", "problem.false_alarms=geometric", "problem.targets.count=5"]
     loss = [*UNACKNOWLEDGED[:2], "medium={type: ideal, loss_probability: 0.2}", "algorithm.setup_exchange=broadcast"]
     proved = 0
@@ -97,10 +97,14 @@ def test_what_is_proved_through_losses_is_the_map_in_every_model(model):
     assert proved > 12
 
 
-def test_a_refused_computation_is_made_up_for():
-    """Nodes may compute and send for some five seconds of ten: whatever is refused comes when the allowance does."""
-    few = ["fidelity=ideal", "problem.targets.count=8", "algorithm.time_limit_s=300", "seed=1"]
-    budget = "nodes[0].budget={allowance_j: 0.3, per: 10, policy: refuse}"
+@pytest.mark.parametrize(("allowance_j", "period_s", "seed"), [(0.3, 10, 1), (0.1, 5, 3)])
+def test_what_is_refused_for_want_of_energy_is_made_up_for(allowance_j, period_s, seed):
+    """Nodes may compute and send in the first part of each period: whatever is refused comes when the allowance does.
+
+    Five seconds are also the silence after which nodes ask: they would ask for ever when nobody may answer.
+    """
+    few = ["fidelity=ideal", "problem.targets.count=8", "algorithm.time_limit_s=300", f"seed={seed}"]
+    budget = f"nodes[0].budget={{allowance_j: {allowance_j}, per: {period_s}, policy: refuse}}"
     _, figures = simulate(ASSOCIATION, [*COMMON, NINE[0], *few, budget])
     assert figures["map_proved"] == 1
     assert figures["association_differs_from_exact_map"] == 0
