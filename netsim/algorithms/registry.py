@@ -23,7 +23,8 @@ from netsim.algorithms.message_passing_parameters import (
 )
 from netsim.algorithms.neighbour_traffic import NeighbourTraffic, NeighbourTrafficParameters
 from netsim.algorithms.own_modules import forget_others, own_files, remember
-from netsim.algorithms.trmp import Trmp, TrmpParameters
+from netsim.algorithms.trmp import Trmp
+from netsim.algorithms.trmp_parameters import TrmpParameters
 from netsim.api import Algorithm
 from netsim.errors import ScenarioError
 from netsim.kernels.semiring import Semiring

@@ -8,33 +8,30 @@ Each connected component of the model works on its own and at its own pace: its 
 (`netsim.algorithms.trmp_inference`) until all trees agree on the state of every vertex, which is then the MAP state. A node
 serves all the vertices it hosts; messages between them cost no air, those for another node that are ready together share
 one. Every message is needed: `netsim.protocols.courier` sees to it that none is missing. Where one is in the end, its
-component waits until the time is over and proves nothing. Where a node crashed and came up again, or two built their
-vertices from different measurements, the component gives up as soon as that shows, vertex telling vertex. Where sensors do
-not host their own variables, as in the target-oriented and the sensor-oriented model, hosts tell them in the end
-(`netsim.algorithms.trmp_conclusions`).
+component waits until the time is over and proves nothing. Where a node crashed and came up again, where a measurement was
+not heard that a vertex is made of, or two built their vertices from different ones, the component gives up as soon as that
+shows, vertex telling vertex. Where a node's energy allowance refuses a computation, what depends on it waits for the
+allowance, or is never said. Where sensors do not host their own variables, as in the target-oriented and the
+sensor-oriented model, hosts tell them in the end (`netsim.algorithms.trmp_conclusions`).
 
 What the processor is charged for: the sensor's reading, every max-product message and every decision on a tree. Not charged:
-building vertices, tree building, encoding and decoding.
+building vertices, tree building, rewriting the potentials, encoding and decoding.
 """
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Annotated, Literal
-
-from annotated_types import Ge, Gt, Le
 
 from netsim.algorithms.hosting import Hosting, is_founded, prepare
 from netsim.algorithms.patient_compute import compute_when_allowed
 from netsim.algorithms.trmp_conclusions import Conclusions
 from netsim.algorithms.trmp_inference import Plan
 from netsim.algorithms.trmp_messages import Claim, Entry, Heard, TreeMessage, decode, encode
+from netsim.algorithms.trmp_parameters import TrmpParameters
 from netsim.algorithms.trmp_report import Report
 from netsim.algorithms.trmp_vertex import HostedVertex
 from netsim.api import NodeHandle, Op
-from netsim.kernels.trmp import MARGIN, TreeSchedule
-from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
+from netsim.kernels.trmp import MARGIN
 from netsim.protocols.courier import Arrival, Courier
-from netsim.protocols.exchange import Manner
 from netsim.units import s_to_ns
 
 TRMP = "trmp"
@@ -42,46 +39,6 @@ _MARGINS = {"float64": MARGIN, "float32": 1e-3}
 """By precision on the air: how clearly a state must be the best; above what rounding can do."""
 _LINGER_STALLS = 4
 """How many times `stall_s` a node stays that has nothing left to do."""
-
-
-@parameters
-class TrmpParameters:
-    """Tree-reweighted max-product: finds the MAP state and proves it, or says that it could not."""
-
-    type: Literal["trmp"] = "trmp"
-    """Selects this algorithm."""
-    schedule: TreeSchedule = "two_pass"
-    """On each tree: from the leaves inward and back out, one message a directed edge; or `flooding`, parallel rounds, as
-    many as the tree's longest path has edges."""
-    iterations: Annotated[int, Ge(1), Le(65_535)] = 100
-    """Most iterations; then the answer is not proved."""
-    damping: Annotated[float, Gt(0), Le(1)] = 0.5
-    """Share of each step of the reparameterization that is taken: 0.5 is the geometric mean of old and new compatibilities,
-    1 the step as printed, which oscillates on dense graphs."""
-    setup_s: Positive = 6.0
-    """Time for sensing and for the exchange of measurements before anything else. Without them nothing is proved."""
-    setup_attempts: PositiveInt = 6
-    """How often a measurement is sent that was not acknowledged."""
-    setup_exchange: Manner = "unicast"
-    """How measurements are exchanged (see `max-product`)."""
-    time_limit_s: Positive = 600.0
-    """When nodes give up waiting, from the start of the run; where other nodes host the sensors' variables (`model` of the
-    problem), they are told what these conclude within 4 `stall_s` more."""
-    spread_s: NonNegative = 0.02
-    """Before it sends, a node waits at random up to this long: others have their turn, and messages gather."""
-    hold_s: NonNegative = 0.1
-    """How much later a growing tree passes an edge that has one already; several times what a message takes."""
-    resend: Annotated[int, Ge(0), Le(50)] = 10
-    """How often a message that the link layer gave up is sent again."""
-    resend_s: Positive = 0.5
-    """Longest pause before it is sent again."""
-    stall_s: Positive = 5.0
-    """How long a node hears nothing new before it asks for what it lacks; then twice as long, up to 32 times. A loss that
-    comes to light in this way makes nodes confirm messages to each other: on links that do not acknowledge, later ones cost
-    a round trip each."""
-    payload: Literal["float64", "float32"] = "float64"
-    """Precision of numbers on the air. With float32 a state must be better than the next by a factor of e^0.001, not
-    e^(10^-9), to count as the only best one: rounding must not prove anything."""
 
 
 def _plan(chosen: TrmpParameters, diameters: tuple[int, ...]) -> Plan:

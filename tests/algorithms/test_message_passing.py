@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from netsim.algorithms.entries import decode_entries, encode_entries
 from netsim.algorithms.message_passing_parameters import rule_of
 from netsim.codec import Precision, decode_floats, encode_floats, size_byte
+from netsim.kernels.association_graph import graph_vertices
 from netsim.kernels.association_model import AssociationInstance
 from netsim.kernels.association_vertices import instance_vertices
 from netsim.kernels.central import run_synchronous
@@ -190,6 +191,19 @@ def test_an_entry_may_have_more_numbers_than_two_bytes_can_count() -> None:
     assert len(sent) == 8 + 4 + 8 * 70_000 + 8 + 8
     for (_, _, _, got), message in zip(decode_entries(sent, "float64"), messages, strict=True):
         assert got.tolist() == message.tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("algorithm", ["{type: max-product, rounds: 2, round_s: 60}", "{type: trmp, time_limit_s: 60}"])
+def test_sensors_that_share_many_targets_send_what_they_have(algorithm: str, scenarios: Path) -> None:
+    """Some messages between these five have more entries than two bytes can count; no node ends with an error."""
+    places = "nodes[0].placement={type: grid, rows: 1, columns: 5, spacing_m: 5}"
+    rest = ["problem.targets.count=30", f"algorithm={algorithm}", "duration_s=200"]
+    _, keep, _ = simulate(scenarios / "chen2006" / "association-csmp.yaml", [*IDEAL, places, *rest])
+    instance = AssociationInstance.from_json(keep.of(Problem)[0].content_json)
+    vertices = graph_vertices(instance)
+    assert max(vertex.outgoing_size(other) for vertex in vertices for other in vertex.neighbours) > 65_535
+    assert max(sent_by_round(keep)) >= 1
 
 
 def test_asynchronous_agrees_with_synchronous_on_a_tree(scenarios: Path) -> None:
