@@ -11,8 +11,8 @@ METRICS = grouped(
         "map_proved",
         "1",
         "higher",
-        "1 if tree-reweighted max-product proved the state of every variable to be the most probable one, else 0. The "
-        "figures of this group are missing for other algorithms.",
+        "1 if tree-reweighted max-product proved the state of every variable to be the most probable one, given what the "
+        "sensors gave (a faulty one too), else 0. The figures of this group are missing for other algorithms.",
         f"{_RECORDS}; {CHEN_2006}, section 2.3",
     ),
     (
@@ -29,8 +29,8 @@ METRICS = grouped(
         "trmp_vertices_unfinished",
         "1",
         "lower",
-        "Vertices that heard no last verdict: the time was over, they gave up after a reboot in their component, or their "
-        "node died.",
+        "Vertices that heard no last verdict: the time was over, they gave up because a node of their component came up "
+        "again or lacked a measurement, or their node died or had no energy left to compute with.",
         f"{_RECORDS}, VariablePlacement",
     ),
     (
