@@ -30,6 +30,12 @@ def figures_table(title: str, figures: Mapping[str, Any]) -> Table:
     return _table(title, [*_sections(figures), _time(figures, bool(figures.get("interrupted")))])
 
 
+def part_table(title: str, figures: Mapping[str, Any], end_s: float) -> Table:
+    """The same of the part of a run up to some instant: without the energy, of which account is given at the end."""
+    told = [_answer(figures), _messages(figures), _incidents(figures)]
+    return _table(f"{title}, the part up to {seconds(end_s)}", told)
+
+
 def _sections(figures: Mapping[str, Any]) -> Sequence[Iterable[Row]]:
     return _answer(figures), _messages(figures), _energy(figures), _incidents(figures)
 
@@ -81,6 +87,8 @@ def _proved(figures: Mapping[str, Any]) -> Iterator[Row]:
         share = figures["map_proved_share"]
         part = "" if figures["map_proved"] or share is None else f" ({percent(share)} of the vertices are)"
         yield "most probable answer", "proved MAP" if figures["map_proved"] else f"not proved{part}"
+    if "trmp_iterations" in figures:
+        yield "  iterations, spanning trees", f"{figures['trmp_iterations']}, {figures['trmp_trees']}"
 
 
 def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
@@ -132,6 +140,12 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {seconds(figures['first_death_s'])})"
     if figures.get("crashes"):
         yield "crashes", f"{figures['crashes']} ({figures['reboots']} came back)"
+    if figures.get("rehostings"):
+        back = figures["hosts_stepped_down"]
+        yield (
+            "variables taken over from dead hosts",
+            f"{figures['rehostings']}" + (f" ({back} given back)" if back else ""),
+        )
     if figures.get("energy_allowance_short"):
         nodes = figures["energy_allowance_short_nodes"]
         times = figures["energy_allowance_short"]
