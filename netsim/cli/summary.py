@@ -6,7 +6,7 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from netsim.cli.summary_numbers import counted_parts, counts, number, percent, seconds
+from netsim.cli.summary_numbers import counted_parts, counts, largest, number, percent, seconds
 from netsim.cli.summary_tracking import tracking_rows
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.run import Result
@@ -14,6 +14,7 @@ from netsim.scenario.run import Result
 Row = tuple[str, str]
 SHOWN_STATES = 8
 SHOWN_KINDS = 6
+SHOWN_PARTS = 3
 NO_CONTROL = ("ack", "strobe")
 """Kinds of frame that the line above has already."""
 
@@ -97,7 +98,10 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "graph_messages_until_convergence_per_sensor" in figures:
         yield "  until settled", number(figures["graph_messages_until_convergence_per_sensor"])
     yield from _proved(figures)
-    yield "radio messages", counted_parts(figures["radio_messages"], figures["radio_messages_by_kind"])
+    yield (
+        "radio messages",
+        counted_parts(figures["radio_messages"], largest(figures["radio_messages_by_kind"], SHOWN_PARTS)),
+    )
     yield "  unicasts delivered", percent(figures["delivery_ratio_unicast"])
     if figures["drops_by_reason"]:
         yield "  packets given up", counts(figures["drops_by_reason"])
