@@ -18,14 +18,8 @@ MOST_PARTS = 11
 OTHER_COLOUR = "#E9EDF1"
 KNOWN_STATES = (
     *("radio.overhear", "radio.receive", "radio.transmit", "radio.switch", "radio.retransmit", "radio.ack_receive"),
-    *(
-        "radio.ack_transmit",
-        "cpu.active",
-        "sensor.sample",
-        "radio.strobe_transmit",
-        "radio.strobe_receive",
-        "radio.wake",
-    ),
+    *("radio.ack_transmit", "cpu.active", "radio.strobe_transmit", "radio.strobe_receive", "radio.wake"),
+    "sensor.sample",
 )
 """States of devices with a colour of their own, in the order of `STACK`."""
 KNOWN_STANDING = ("radio.listen", "radio.sleep", "cpu.sleep", "radio.idle")
@@ -116,7 +110,7 @@ def _dealt(names: Sequence[str], colours: Sequence[str], known: Sequence[str]) -
 
 
 def _stack(axis: Any, means: pd.DataFrame, colours: dict[str, str]) -> None:
-    scale = scale_for("J", means.sum(axis=1).tolist())
+    scale = scale_for("J", [float(means.sum(axis=1).max())])
     left = [0.0] * len(means)
     for name in (each for each in colours if each in means.columns):
         widths = [value * scale.factor for value in means[name].tolist()]

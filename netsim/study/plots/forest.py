@@ -160,11 +160,12 @@ def _lengths(found: Sequence[tuple[float, float, float]]) -> list[list[float]]:
 def _scale_figures(panel: Any, found: Sequence[tuple[float, float, float]]) -> None:
     """A log axis where figures span decades; the figures apart where intervals are far wider."""
     means = [mean for mean, *_ in found]
-    if spans_decades(means):
+    is_log = spans_decades(means)
+    if is_log:
         log_scale(panel.xaxis, means)
     else:
         panel.xaxis.set_major_locator(MaxNLocator(5))
-    keep_near(panel.xaxis, means, [end for _, *ends in found for end in ends])
+    keep_near(panel.xaxis, means, [end for _, *ends in found for end in ends], 1.0 if is_log else 3.0)
 
 
 def _known(view: View, metric: str) -> list[Row]:
