@@ -70,7 +70,8 @@ class MessagePassingParameters:
     rehost: bool = False
     """Data association: whether the variable of a target whose host died is taken over by another of the sensors that cover
     it (see `netsim.algorithms.rehosting`). A death shows by missing acknowledgements, so only to who has something to send
-    and a MAC that acknowledges, or by missing notices, where they are given. Needs rounds."""
+    and a MAC that acknowledges, or by missing notices, where they are given. Who is believed dead is told messages and
+    notices all the same, retries included, for it may be alive or come up again: frames lost to the dead. Needs rounds."""
     suspect_after: PositiveInt = 3
     """`rehost`: how many messages in a row must fail, or notices be missing, until a node is believed dead."""
     damping: Damping = 0.0

@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from typing import NoReturn
 
 from netsim.errors import NetsimError, ScenarioError
 
@@ -16,10 +17,24 @@ EXIT_PIPE_CLOSED = 141
 def main() -> None:
     """Entry point of `netsim`: errors become one line each and an exit status, tracebacks only with `--debug`."""
     try:
+        _run_app()
+    except SystemExit as stop:
+        if _has_lost_its_reader(stop):
+            _leave_quietly()
+        raise
+    except BrokenPipeError:
+        _leave_quietly()
+
+
+def _run_app() -> None:
+    try:
         from netsim.cli.app import app
 
         warnings.showwarning = _show_warning
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()  # here, so that a reader who is gone is seen while we can still say so
     except KeyboardInterrupt:
         sys.exit(EXIT_INTERRUPTED)
     except ScenarioError as error:
@@ -27,10 +42,21 @@ def main() -> None:
     except NetsimError as error:
         _fail(error, EXIT_FAILURE)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has had enough
-        sys.exit(EXIT_PIPE_CLOSED)
+        raise
     except Exception as error:  # a defect of netsim: still one line, with the way to the traceback
         _fail(error, EXIT_FAILURE, f"internal error: {error!r} (add --debug for the traceback)")
+
+
+def _has_lost_its_reader(stop: SystemExit) -> bool:
+    """Whether a broken pipe lies behind an exit: typer and rich turn one into status 1, as of a run that failed."""
+    return isinstance(stop.__context__, BrokenPipeError)
+
+
+def _leave_quietly() -> NoReturn:
+    """Whoever read our output has had enough: leave nothing to be written when Python ends."""
+    for stream in (sys.stdout, sys.stderr):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    sys.exit(EXIT_PIPE_CLOSED)
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:

@@ -151,7 +151,8 @@ def inspect(
 
     With --nodes: where the energy of these nodes went, and with whom they talked. With --timeline: all that one node did
     and that befell it. With --message: what became of a message, which receptions led to it and what it led to. With
-    --why: what a node had received when it spoke in a round after silence.
+    --why: what a node had received when it spoke in a round after silence. Of a trace that was cut short the part that is
+    there is told, after a warning and with exit status 0.
     """
     from netsim.cli.questions import Question, ask
 

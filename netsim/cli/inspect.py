@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 from netsim.cli.console import say, show
 from netsim.cli.replay import trace_file
-from netsim.cli.summary import figures_table
+from netsim.cli.summary import figures_table, part_table
 from netsim.cli.tables import plain_table
 from netsim.errors import TraceError
 from netsim.metrics.collect import metrics_of
@@ -17,7 +18,15 @@ from netsim.metrics.conversations import Conversation, Conversations
 from netsim.replay import node_ids
 from netsim.scenario.folder import METRICS_FILE
 from netsim.trace.events import BROADCAST, EnergyLedger, Frame, NodeTable
-from netsim.trace.reader import read_trace, trace_attachment, trace_metadata
+from netsim.trace.reader import (
+    TruncatedTraceWarning,
+    is_complete,
+    last_time_ns,
+    read_trace,
+    trace_attachment,
+    trace_metadata,
+)
+from netsim.units import NS_PER_S
 
 Pair = tuple[int, int]
 
@@ -38,25 +47,31 @@ def inspect_command(given: Path, nodes: str | None, top: int) -> None:
         elif isinstance(event, EnergyLedger):
             ledger = event
     if chosen is None:
-        metadata = trace_metadata(trace)
-        title = f"{metadata.get('scenario', trace.name)} (seed {metadata.get('seed', '?')})"
-        show(figures_table(title, _figures(trace)))
-    _show_ledger(ledger, chosen)
+        _show_figures(trace)
+    _show_ledger(
+        ledger, chosen, "the trace is cut short" if not is_complete(trace) else "the run did not come to its end"
+    )
     _show_conversations(conversations.found, names, chosen, top)
 
 
-def _figures(trace: Path) -> Mapping[str, Any]:
+def _show_figures(trace: Path) -> None:
     """The metrics that the trace carries; of a run that was killed, those of the part that is there."""
+    metadata = trace_metadata(trace)
+    title = f"{metadata.get('scenario', trace.name)} (seed {metadata.get('seed', '?')})"
     try:
         carried: Mapping[str, Any] = json.loads(trace_attachment(trace, METRICS_FILE))
     except TraceError:
-        return metrics_of(read_trace(trace))
-    return carried
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", TruncatedTraceWarning)  # it was told already
+            figures = metrics_of(read_trace(trace))
+        show(part_table(title, figures, last_time_ns(trace) / NS_PER_S))
+        return
+    show(figures_table(title, carried))
 
 
-def _show_ledger(ledger: EnergyLedger | None, chosen: Collection[int] | None) -> None:
+def _show_ledger(ledger: EnergyLedger | None, chosen: Collection[int] | None, why_none: str) -> None:
     if ledger is None:
-        say("no energy ledger: the run did not come to its end")
+        say(f"no energy ledger: {why_none}")
         return
     energy_j: defaultdict[tuple[str, str, str], list[float]] = defaultdict(list)
     time_s: defaultdict[tuple[str, str, str], list[float]] = defaultdict(list)

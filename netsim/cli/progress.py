@@ -35,7 +35,9 @@ class Watch:
         speed = now_s / wall_s
         if self._bar is None:
             left_s = (horizon_s - now_s) / speed if speed > 0 else float("inf")
-            tell(f"simulated {now_s:.1f} of at most {horizon_s:g} s, {speed:.3g} x real time, {left_s:.0f} s left")
+            tell(
+                f"simulated {now_s:.1f} of at most {horizon_s:g} s, {speed:.3g} x real time, at most {left_s:.0f} s left"
+            )
             return
         if self._task is None:
             self._task = self._bar.add_task("run", total=horizon_s, speed="")

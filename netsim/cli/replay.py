@@ -8,8 +8,9 @@ from netsim.cli.console import say, tell
 from netsim.errors import ScenarioError, TraceError
 from netsim.flow.load import load_flow
 from netsim.replay import ReplayOptions, check_window, node_ids, save, screenshot, serve, view
-from netsim.scenario.folder import TRACE_FILE
-from netsim.trace.reader import trace_metadata
+from netsim.scenario.folder import METRICS_FILE, SCENARIO_FILE, TRACE_FILE
+from netsim.study.info import INFO_FILE
+from netsim.trace.reader import has_events, is_complete, trace_metadata
 from netsim.trace.writer import partial_path
 
 
@@ -32,8 +33,12 @@ class Sinks:
     graph: bool = False
 
 
-def trace_file(given: Path) -> Path:
+def trace_file(given: Path, *, with_events: bool = True) -> Path:
     """The trace itself, where the folder of a run was given; what a killed run left if there is nothing else.
+
+    Args:
+        given: A trace, or the folder of a run.
+        with_events: Whether one that was cut short before its first events is refused.
 
     Raises:
         ScenarioError: If there is no trace, or it cannot be read.
@@ -43,11 +48,30 @@ def trace_file(given: Path) -> Path:
     if not path.exists() and partial.exists():
         tell(f"warning: the run was not finished; showing what it left, {partial}")
         path = partial
+    if given.is_dir() and not path.exists():
+        raise ScenarioError(_nothing_in(given))
     try:
         trace_metadata(path)
+        is_empty = with_events and not has_events(path) and not is_complete(path)
     except TraceError as error:
         raise ScenarioError(str(error)) from error
+    if is_empty:
+        message = (
+            f"{path}: expected a trace with events, got one that is cut short before its first ones; copy the file "
+            "again, or run the scenario again"
+        )
+        raise ScenarioError(message)
     return path
+
+
+def _nothing_in(folder: Path) -> str:
+    """Why there is no trace in a folder, and what to do."""
+    expected = f"{folder}: expected the folder of a run with its {TRACE_FILE}, got"
+    if (folder / INFO_FILE).exists():
+        return f"{expected} that of a study, whose trials keep no traces; run one by its command in results.csv"
+    if (folder / METRICS_FILE).exists():
+        return f"{expected} a run that wrote none; run it again without --no-trace: netsim run {folder / SCENARIO_FILE}"
+    return f"{expected} one without any; give the folder that `netsim run` wrote"
 
 
 def replay_command(

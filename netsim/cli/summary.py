@@ -6,7 +6,7 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from netsim.cli.summary_numbers import counted_parts, counts, number, percent, seconds
+from netsim.cli.summary_numbers import counted_parts, counts, largest, number, percent, seconds
 from netsim.cli.summary_tracking import tracking_rows
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.run import Result
@@ -14,6 +14,7 @@ from netsim.scenario.run import Result
 Row = tuple[str, str]
 SHOWN_STATES = 8
 SHOWN_KINDS = 6
+SHOWN_PARTS = 3
 NO_CONTROL = ("ack", "strobe")
 """Kinds of frame that the line above has already."""
 
@@ -28,6 +29,12 @@ def summary_table(result: Result, loaded: LoadedScenario) -> Table:
 def figures_table(title: str, figures: Mapping[str, Any]) -> Table:
     """The same of a run of which only the figures are left."""
     return _table(title, [*_sections(figures), _time(figures, bool(figures.get("interrupted")))])
+
+
+def part_table(title: str, figures: Mapping[str, Any], end_s: float) -> Table:
+    """The same of the part of a run up to some instant: without the energy, of which account is given at the end."""
+    told = [_answer(figures), _messages(figures), _incidents(figures)]
+    return _table(f"{title}, the part up to {seconds(end_s)}", told)
 
 
 def _sections(figures: Mapping[str, Any]) -> Sequence[Iterable[Row]]:
@@ -81,6 +88,8 @@ def _proved(figures: Mapping[str, Any]) -> Iterator[Row]:
         share = figures["map_proved_share"]
         part = "" if figures["map_proved"] or share is None else f" ({percent(share)} of the vertices are)"
         yield "most probable answer", "proved MAP" if figures["map_proved"] else f"not proved{part}"
+    if "trmp_iterations" in figures:
+        yield "  iterations, spanning trees", f"{figures['trmp_iterations']}, {figures['trmp_trees']}"
 
 
 def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
@@ -89,7 +98,10 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
     if "graph_messages_until_convergence_per_sensor" in figures:
         yield "  until settled", number(figures["graph_messages_until_convergence_per_sensor"])
     yield from _proved(figures)
-    yield "radio messages", counted_parts(figures["radio_messages"], figures["radio_messages_by_kind"])
+    yield (
+        "radio messages",
+        counted_parts(figures["radio_messages"], largest(figures["radio_messages_by_kind"], SHOWN_PARTS)),
+    )
     yield "  unicasts delivered", percent(figures["delivery_ratio_unicast"])
     if figures["drops_by_reason"]:
         yield "  packets given up", counts(figures["drops_by_reason"])
@@ -132,6 +144,12 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "nodes whose battery ran empty", f"{figures['deaths']} (first at {seconds(figures['first_death_s'])})"
     if figures.get("crashes"):
         yield "crashes", f"{figures['crashes']} ({figures['reboots']} came back)"
+    if figures.get("rehostings"):
+        back = figures["hosts_stepped_down"]
+        yield (
+            "variables taken over from dead hosts",
+            f"{figures['rehostings']}" + (f" ({back} given back)" if back else ""),
+        )
     if figures.get("energy_allowance_short"):
         nodes = figures["energy_allowance_short_nodes"]
         times = figures["energy_allowance_short"]

@@ -28,6 +28,14 @@ def counted_parts(total: int, parts: Mapping[str, int]) -> str:
     return f"{total:,} ({counts(parts)})" if total else "0"
 
 
+def largest(parts: Mapping[str, int], most: int) -> dict[str, int]:
+    """Parts as they are if they are few; else the largest ones, with the sum of the others."""
+    if len(parts) <= most:
+        return dict(parts)
+    ordered = sorted(parts.items(), key=lambda item: -item[1])
+    return {**dict(ordered[: most - 1]), "other": sum(count for _, count in ordered[most - 1 :])}
+
+
 def counts(parts: Mapping[str, int]) -> str:
     """Counts with their names."""
     return ", ".join(f"{count:,} {name}" for name, count in parts.items())

@@ -15,7 +15,7 @@ from netsim.units import NS_PER_S
 
 def info_command(given: Path) -> None:
     """Describe a trace."""
-    trace = trace_file(given)
+    trace = trace_file(given, with_events=False)
     counts: Counter[str] = Counter()
     end_ns = 0
     for message in read_raw(trace):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from netsim.cli.console import counted, say, show
+from netsim.cli.pictures import check_picture
 from netsim.cli.replay import trace_file
 from netsim.cli.tables import plain_table
 from netsim.errors import ScenarioError
@@ -16,14 +17,10 @@ from netsim.snapshots.load import Step, TrackRun, load_track
 from netsim.snapshots.moment import SOON_S, moment, usual_times_ns
 from netsim.units import NS_PER_S, s_to_ns
 
-_PICTURES = (".png", ".svg")
-
 
 def track_command(given: Path, out: Path | None, at_s: Sequence[float] | None, *, as_json: bool) -> None:
     """Print the steps of a track, and draw some instants if a picture is asked for."""
-    if out is not None and out.suffix.lower() not in _PICTURES:
-        message = f"--out {out}: expected the name of a picture that ends in .png or .svg"
-        raise ScenarioError(message)
+    check_picture(out)
     run = load_track(trace_file(given))
     times_ns = chosen_times_ns(run, at_s) if at_s else None
     drawn_ns = times_ns or usual_times_ns(run)

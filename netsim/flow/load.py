@@ -1,16 +1,27 @@
 """From a trace to its rounds, its graphical model and the places that the trace tells."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from netsim.errors import ScenarioError, TraceError
-from netsim.flow.rounds import Round, RoundLog
+from netsim.flow.hosts import HostLog
+from netsim.flow.rounds import Edge, Round, RoundLog
 from netsim.flow.trees import SpanningTrees, load_trees
-from netsim.trace.events import Event, GraphMessages, NodeTable, TruthTargets, VariablePlacement
+from netsim.trace.events import (
+    AlgorithmRecord,
+    Event,
+    GraphMessages,
+    NodeLife,
+    NodeTable,
+    TruthTargets,
+    VariablePlacement,
+)
 from netsim.trace.reader import read_trace, trace_metadata
 
-_TOPICS = {each.topic for each in (NodeTable, TruthTargets, VariablePlacement, GraphMessages)}
+_TOPICS = {
+    each.topic for each in (NodeTable, NodeLife, TruthTargets, VariablePlacement, GraphMessages, AlgorithmRecord)
+}
 
 
 @dataclass(frozen=True)
@@ -23,6 +34,7 @@ class Flow:
         model: The graphical model as it was placed at the start.
         truth: True positions of targets at the start, if the trace has them.
         rounds: All rounds from 0 on.
+        hosts: What befell the nodes that host the vertices.
     """
 
     title: str
@@ -30,6 +42,23 @@ class Flow:
     model: VariablePlacement
     truth: TruthTargets | None
     rounds: tuple[Round, ...]
+    hosts: HostLog = field(default_factory=HostLog)
+
+    def down_in(self, this: Round) -> frozenset[int]:
+        """The vertices whose node is down in a round, as it begins."""
+        at_start = dict(zip(map(int, self.model.variable), map(int, self.model.host), strict=True))
+        return self.hosts.down_at(at_start, this.time_ns)
+
+    @property
+    def telling(self) -> list[int]:
+        """The rounds in which something was sent, other messages than in the round before."""
+        last: tuple[Edge, ...] = ()
+        found = []
+        for each in self.rounds:
+            if each.messages and (each.messages != last or self.hosts.taken_over_for(each.number)):
+                found.append(each.number)
+            last = each.messages
+        return found
 
     @property
     def last_active(self) -> int:
@@ -54,12 +83,12 @@ def load_flow_or_trees(trace: Path) -> Flow | SpanningTrees:
         ScenarioError: See `load_flow`.
         TraceError: See `load_flow`.
     """
-    first, log = _read(trace)
+    first, log, hosts = _read(trace)
     trees = None if log.is_synchronous else load_trees(trace)
-    return _flow(trace, first, log) if trees is None else trees
+    return _flow(trace, first, log, hosts) if trees is None else trees
 
 
-def _flow(trace: Path, first: Mapping[type, Event], log: RoundLog) -> Flow:
+def _flow(trace: Path, first: Mapping[type, Event], log: RoundLog, hosts: HostLog) -> Flow:
     nodes, model, truth = first.get(NodeTable), first.get(VariablePlacement), first.get(TruthTargets)
     rounds = log.rounds()
     if not isinstance(nodes, NodeTable):
@@ -78,7 +107,7 @@ def _flow(trace: Path, first: Mapping[type, Event], log: RoundLog) -> Flow:
     _check_vertices(trace, model, rounds)
     metadata = trace_metadata(trace)
     title = f"{metadata.get('scenario', trace.stem)}, seed {metadata.get('seed', '?')}"
-    return Flow(title, nodes, model, truth if isinstance(truth, TruthTargets) else None, rounds)
+    return Flow(title, nodes, model, truth if isinstance(truth, TruthTargets) else None, rounds, hosts)
 
 
 def _advice(trace: Path) -> str:
@@ -90,16 +119,20 @@ def _advice(trace: Path) -> str:
     )
 
 
-def _read(trace: Path) -> tuple[dict[type, Event], RoundLog]:
-    """The first event of each kind, and all graph messages."""
+def _read(trace: Path) -> tuple[dict[type, Event], RoundLog, HostLog]:
+    """The first event of each kind, all graph messages, and what befell the hosts."""
     first: dict[type, Event] = {}
-    log = RoundLog()
+    log, hosts = RoundLog(), HostLog()
     for time_ns, event in read_trace(trace, _TOPICS):
         if isinstance(event, GraphMessages):
             log.add(event, time_ns)
+        elif isinstance(event, NodeLife):
+            hosts.add_life(event, time_ns)
+        elif isinstance(event, AlgorithmRecord):
+            hosts.add_record(event, time_ns)
         else:
             first.setdefault(type(event), event)
-    return first, log
+    return first, log, hosts
 
 
 def _check_vertices(trace: Path, model: VariablePlacement, rounds: tuple[Round, ...]) -> None:

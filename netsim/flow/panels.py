@@ -1,7 +1,7 @@
 """One round as a panel: the graph in grey, the round's messages as arrows, the vertices by what they do."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +51,9 @@ def make_canvas(layout: GraphLayout, width_in: float) -> Canvas:
     return Canvas(layout, mark_pt, mark_pt / point_per_m)
 
 
-def draw_panel(axes: Axes, canvas: Canvas, this: Round, following: Round | None) -> None:
+def draw_panel(
+    axes: Axes, canvas: Canvas, this: Round, following: Round | None, down: Collection[int] = (), note: str = ""
+) -> None:
     """Draw a round.
 
     Args:
@@ -59,14 +61,18 @@ def draw_panel(axes: Axes, canvas: Canvas, this: Round, following: Round | None)
         canvas: Layout and sizes.
         this: The round.
         following: The next one: messages that wake somebody in it are marked.
+        down: Vertices whose node is down.
+        note: What else is to be said below the panel.
     """
     draw_graph(axes, canvas)
     wake = waking(this, following)
     draw_arrows(axes, canvas, [edge for edge in this.messages if edge not in wake], look.SENDS, 2)
     draw_arrows(axes, canvas, sorted(wake), look.WAKES, 3)
     draw_vertices(axes, canvas, [this.state_of(vertex) for vertex in canvas.layout.row_of])
+    draw_crosses(axes, canvas, down)
     axes.set_title(title_of(this), loc="left")
-    axes.set_xlabel(wakes_text(canvas.layout, this), fontsize=7.5, color=look.WAKES)
+    told = "\n".join(each for each in (wakes_text(canvas.layout, this), note) if each)
+    axes.set_xlabel(told, fontsize=7.5, color=look.WAKES)
 
 
 def draw_graph(axes: Axes, canvas: Canvas) -> None:
@@ -111,6 +117,14 @@ def draw_arrows(axes: Axes, canvas: Canvas, messages: Sequence[Edge], colour: st
         *tail.T, *way.T, angles="xy", scale_units="xy", scale=1.0, units="inches", color=colour, zorder=order,
         width=_ARROW_WIDTH * canvas.mark_pt / 72, headwidth=4.6, headlength=5.2, headaxislength=4.6, minlength=0.0,
     )  # fmt: skip
+
+
+def draw_crosses(axes: Axes, canvas: Canvas, vertices: Collection[int]) -> None:
+    """Cross out vertices."""
+    place = canvas.layout.place_m[[canvas.layout.row_of[vertex] for vertex in sorted(vertices)]].reshape(-1, 2)
+    axes.scatter(
+        place[:, 0], place[:, 1], s=(1.15 * canvas.mark_pt) ** 2, marker="x", color=look.INK, linewidths=1.1, zorder=6
+    )
 
 
 def draw_vertices(axes: Axes, canvas: Canvas, states: Sequence[State]) -> None:

@@ -56,7 +56,7 @@ def draw(flow: Flow, numbers: Sequence[int], columns: int) -> Figure:
     above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
     above.suptitle(f"Information flow: {flow.title}", x=0.01, ha="left", fontsize=11, color=look.INK)
     _draw_panels(above, flow, numbers, (rows, across), canvas)
-    _draw_legend(middle, layout)
+    _draw_legend(middle, layout, any(flow.down_in(flow.rounds[number]) for number in numbers))
     _draw_strip(below.subplots(), flow.rounds[: flow.last_active + 2], numbers)
     return figure
 
@@ -71,18 +71,30 @@ def _draw_panels(figure: SubFigure, flow: Flow, numbers: Sequence[int], shape: t
     axes = figure.subplots(*shape, squeeze=False).flat
     for axis, number in zip(axes, numbers, strict=False):
         following = flow.rounds[number + 1] if number + 1 < len(flow.rounds) else None
-        draw_panel(axis, canvas, flow.rounds[number], following)
+        this = flow.rounds[number]
+        draw_panel(axis, canvas, this, following, flow.down_in(this), _takeovers(flow, canvas.layout, number))
     for axis in axes[len(numbers) :]:
         axis.set_axis_off()
 
 
-def _draw_legend(figure: SubFigure, layout: GraphLayout) -> None:
+def _takeovers(flow: Flow, layout: GraphLayout, number: int) -> str:
+    """Who hosts what anew from a round on."""
+    nodes = dict(zip(map(int, flow.nodes.node), flow.nodes.name, strict=True))
+    return "; ".join(
+        f"{layout.label[layout.row_of[each.vertex]]} taken over by {nodes[each.host]} from {nodes[each.before]}"
+        for each in flow.hosts.taken_over_for(number)
+    )
+
+
+def _draw_legend(figure: SubFigure, layout: GraphLayout, has_crosses: bool) -> None:
     words: dict[State, str] = {"sends": "sends", "wakes": "wakes: sends again after silence"}
     words |= {"fell silent": "falls silent", "silent": "silent"}
     handles = [
         Line2D([], [], ls="", marker="o", ms=8, mfc=LOOKS[state][0], mec=LOOKS[state][1], label=label)
         for state, label in words.items()
     ]
+    if has_crosses:
+        handles.append(Line2D([], [], ls="", marker="x", ms=8, mec=look.INK, label="its node is down"))
     arrow: dict[str, Any] = {"ls": "-", "marker": ">", "markevery": (1, 2), "ms": 5, "lw": 1.2}
     handles.append(Line2D([0, 1], [0, 0], color=look.SENDS, label="message", **arrow))
     handles.append(Line2D([0, 1], [0, 0], color=look.WAKES, label="message that its receiver wakes after", **arrow))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeVar
 
 from netsim.errors import Finding, ScenarioError
+from netsim.reading.complaints import concerned
 from netsim.reading.describe import expected, field_words, missing_words
 from netsim.reading.document import Document, Node, Path, finding_at, matches, plain
 from netsim.reading.leaves import check, one_of
@@ -31,6 +32,7 @@ from netsim.reading.shapes import (
 T = TypeVar("T")
 
 _VALUE = "value"  # a field of this name has the unit in the key above it: `supply_v: {value: 3, source: ...}`
+_MOST_OWNERS = 6
 _MOST_SUGGESTIONS = 100  # comparing spellings takes time; a file so full of errors needs no more of them
 
 
@@ -70,6 +72,7 @@ class _Checker:
 
     document: Document
     resolvers: Resolvers
+    relatives: Mapping[str, type[Any]] = field(default_factory=dict)
     found: list[Finding] = field(default_factory=list)
 
     def value(self, node: Node, path: Path, hint: Any, unit: Unit | None = None) -> Any:
@@ -143,7 +146,7 @@ class _Checker:
         if name is _MISSING:
             return _MISSING
         if name in shape.members:
-            return self._record(node, path, shape.members[name])
+            return self._record(node, path, shape.members[name], relatives=shape.members)
         meant = nearest(name, shape.members)
         remedy = f"did you mean `{meant}`?" if meant else ""
         return self._note(_children(node)[TAG], (*path, TAG), one_of(shape.members), _got(name), remedy)
@@ -165,14 +168,22 @@ class _Checker:
         answer = resolver(name)
         if isinstance(answer, Unknown):
             return self._note(node.value[TAG], (*path, TAG), answer.expected, _got(name), answer.remedy)
-        return self._record(node, path, answer, ignored=() if TAG in record_fields(answer) else (TAG,))
+        ignored = () if TAG in record_fields(answer) else (TAG,)
+        return self._record(node, path, answer, ignored=ignored, relatives=self.relatives)
 
     def _record(
-        self, node: Node, path: Path, cls: type[Any], ignored: Sequence[str] = (), unit: Unit | None = None
+        self,
+        node: Node,
+        path: Path,
+        cls: type[Any],
+        ignored: Sequence[str] = (),
+        unit: Unit | None = None,
+        relatives: Mapping[str, type[Any]] | None = None,
     ) -> Any:
         before, fields = len(self.found), record_fields(cls)
         children = {key: child for key, child in _children(node).items() if key not in ignored}
-        meant = {self._unknown(child, (*path, key), fields) for key, child in children.items() if key not in fields}
+        unknown = {key: child for key, child in children.items() if key not in fields}
+        meant = {self._unknown(child, (*path, key), fields, relatives or {}) for key, child in unknown.items()}
         made = {}
         for name, known in fields.items():
             if name in children:
@@ -183,7 +194,14 @@ class _Checker:
                 self._note(node, (*path, name), field_words(known), "no such key", missing_words(known, path))
         return self._made(cls, made, node, path) if len(self.found) == before else _MISSING
 
-    def _unknown(self, node: Node, path: Path, fields: Mapping[str, Field]) -> str | None:
+    def _unknown(
+        self, node: Node, path: Path, fields: Mapping[str, Field], relatives: Mapping[str, type[Any]]
+    ) -> str | None:
+        owners = [name for name, cls in relatives.items() if path[-1] in record_fields(cls)]
+        if owners:
+            remedy = f"it belongs to {', '.join(owners[:_MOST_OWNERS])}: leave it out, or choose such a {TAG}"
+            self._note(node, path, f"a key of this {TAG}", f"`{show(path[-1])}`", remedy)
+            return None
         allowed = fields if len(self.found) < _MOST_SUGGESTIONS else ()
         meant, remedy = unknown_key(path[-1], plain(node), allowed)
         wanted = one_of(fields) if fields else "no keys"
@@ -199,7 +217,7 @@ class _Checker:
             wrong = "; ".join(f"{item.path}: {item.expected}" for item in error.findings) or str(error)
         except (ValueError, ArithmeticError) as error:
             wrong = str(error)
-        return self._note(node, path, wrong, show(plain(node)))
+        return self._note(node, path, wrong, concerned(cls, plain(node), wrong))
 
 
 def _children(node: Node) -> dict[Any, Node]:
@@ -221,7 +239,10 @@ def _got(value: object) -> str:
 
 
 def check_document(
-    document: Document, record_type: type[T], resolvers: Resolvers | None = None
+    document: Document,
+    record_type: type[T],
+    resolvers: Resolvers | None = None,
+    relatives: Mapping[str, type[Any]] | None = None,
 ) -> tuple[T, list[Finding]]:
     """The record a document describes, and everything wrong with it; the record is meaningless if anything is.
 
@@ -229,8 +250,9 @@ def check_document(
         document: What was read.
         record_type: The dataclass at the root.
         resolvers: How to find the types of open records.
+        relatives: Known types of open records, by name, to say whose setting a misplaced one is.
     """
-    checker = _Checker(document, resolvers or {})
+    checker = _Checker(document, resolvers or {}, relatives or {})
     made = checker.value(document.root, (), record_type)
     return made, sorted([*document.problems, *checker.found], key=lambda item: (item.file, item.line))
 

@@ -127,7 +127,12 @@ def inspect_document(
         plugins: Whether algorithms named `module:Class` may be imported.
     """
     registry = Registry(path.parent, plugins)
-    scenario, findings = check_document(document, Scenario, dict.fromkeys(OPEN_PATHS, registry.resolve))
+    scenario, findings = check_document(
+        document,
+        Scenario,
+        dict.fromkeys(OPEN_PATHS, registry.resolve),
+        {name: entry.record for name, entry in SHIPPED.items()},
+    )
     if not findings:
         findings = list(fidelity_findings(scenario, document))
     if not findings:

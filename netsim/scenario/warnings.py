@@ -5,6 +5,7 @@ from itertools import chain
 
 from netsim.models.device_tables import load_radio
 from netsim.scenario.load import LoadedScenario
+from netsim.scenario.setting_warnings import setting_warnings
 from netsim.scenario.tracking_warnings import tracking_warnings
 from netsim.sim.faults.rules import CrashRule, OutageRule, RoleCrashRule
 from netsim.sim.mac.lpl_timing import LplParameters
@@ -17,6 +18,7 @@ def scenario_warnings(loaded: LoadedScenario) -> Iterator[str]:
     checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (
         *(_time_sync, _faults, _duty_cycles, _guard_time),
         tracking_warnings,
+        setting_warnings,
     )
     yield from chain.from_iterable(check(loaded) for check in checks)
 

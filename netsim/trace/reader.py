@@ -25,6 +25,7 @@ from netsim.errors import TraceError
 from netsim.trace.cdr import SCHEMA_ENCODING, decode, layout, schema_text
 from netsim.trace.events import EVENT_TYPES, Event
 from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
+from netsim.units import NS_PER_S
 
 _BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
 _RECORD = struct.Struct("<BQ")
@@ -172,6 +173,15 @@ def is_complete(path: Path | str) -> bool:
     return True
 
 
+def has_events(path: Path | str) -> bool:
+    """Whether there is a whole part of events in a trace: one that was cut short early has none.
+
+    Raises:
+        TraceError: If the file cannot be read.
+    """
+    return any(opcode == Opcode.CHUNK for opcode, _ in _records(Path(path)))
+
+
 def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, Event]]:
     for message in messages:
         with _blame(path):
@@ -214,18 +224,23 @@ class _Contents:
 
 def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -> Iterator[RawMessage]:
     contents = _Contents(topics)
-    opcode = 0
+    opcode = last_ns = 0
     for opcode, body in _records(path):
         if opcode != Opcode.CHUNK:
             continue
         with _blame(path):
             chunk = Chunk.read(_stream(body))
+            last_ns = chunk.message_end_time
             if chunk.message_start_time >= high and contents.schemas:
                 return
             if chunk.message_end_time >= low or not contents.schemas:
                 yield from _chunk_messages(_uncompressed(chunk), contents, low, high)
     if opcode != Opcode.DATA_END:
-        warnings.warn(f"{path}: the trace is cut short", TruncatedTraceWarning, stacklevel=2)
+        message = (
+            f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
+            "run the scenario again"
+        )
+        warnings.warn(message, TruncatedTraceWarning, stacklevel=2)
 
 
 def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> Iterator[RawMessage]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from netsim.cli import main
+from netsim.cli import EXIT_PIPE_CLOSED, main
 
 BASE = """\
 kind: scenario
@@ -230,3 +230,13 @@ def test_parts_that_do_not_fit(
     assert status == 2
     assert errors.startswith(f"{file}:")
     assert expected in errors
+
+
+@pytest.mark.parametrize("command", [["list"], ["schema"], ["run", "nothing.yaml"]])
+def test_reader_who_is_gone_is_neither_success_nor_failure(command: list[str]) -> None:
+    """Written by rich, by us in one go, and to standard error; typer and rich alone would end with status 1."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    ended = subprocess.run([sys.executable, "-m", "netsim", *command], stdout=writing, stderr=writing, check=False)
+    os.close(writing)
+    assert ended.returncode == EXIT_PIPE_CLOSED

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import netsim
-from netsim.cli.flow import chosen_rounds, flow_command
+from netsim.cli.flow import chosen_rounds, flow_command, spans
 from netsim.cli.questions import Question, ask
 from netsim.errors import ScenarioError
 from netsim.trace.events import VariablePlacement
@@ -66,6 +66,43 @@ def test_rounds_are_numbers_and_ranges() -> None:
 def test_a_picture_has_a_known_ending(run: Path, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"x.pdf: expected the name of a picture that ends in .png or .svg"):
         flow_command(run, tmp_path / "x.pdf", None, 4, as_json=False)
+    with pytest.raises(ScenarioError, match=r"--out .*: expected a folder that exists, got .*nowhere; make it"):
+        flow_command(run, tmp_path / "nowhere" / "x.png", None, 4, as_json=False)
+
+
+def test_rounds_are_told_as_ranges() -> None:
+    assert spans([0, 1, 2, 5, 7, 8]) == "0-2, 5, 7-8"
+    assert spans([3]) == "3"
+
+
+def test_a_picture_leaves_out_rounds_that_bring_nothing_new(
+    scenarios: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Max-product sends the same messages in every round."""
+    changes = ["seed=11", "algorithm={type: max-product, rounds: 3}"]
+    netsim.run(netsim.load(scenarios / "quickstart.yaml", changes), folder=tmp_path / "out")
+    flow_command(tmp_path / "out", tmp_path / "flow.svg", None, 2, as_json=False)
+    told = capsys.readouterr().out
+    assert f"wrote {tmp_path / 'flow.svg'}: round 0, without 1-3: nothing was sent, or the same as before" in told
+
+
+def test_what_holds_no_trace_is_told_apart(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="got one without any; give the folder that `netsim run` wrote"):
+        flow_command(tmp_path, None, None, 4, as_json=False)
+    (tmp_path / "metrics.json").write_text("{}")
+    with pytest.raises(ScenarioError, match="got a run that wrote none; run it again without --no-trace"):
+        flow_command(tmp_path, None, None, 4, as_json=False)
+    (tmp_path / "study.json").write_text("{}")
+    with pytest.raises(ScenarioError, match="got that of a study"):
+        flow_command(tmp_path, None, None, 4, as_json=False)
+
+
+def test_a_trace_cut_short_before_its_first_events_is_refused(run: Path, tmp_path: Path) -> None:
+    data = (run / "trace.mcap").read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data[: data.index(b"metrics.json")])
+    with pytest.raises(ScenarioError, match="cut short before its first ones; copy the file again"):
+        flow_command(cut, None, None, 4, as_json=False)
 
 
 @pytest.fixture(scope="module")

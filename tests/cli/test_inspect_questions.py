@@ -9,8 +9,9 @@ from mcap.opcode import Opcode
 import netsim
 from netsim.cli.questions import Question, ask
 from netsim.errors import ScenarioError
-from netsim.trace.events import Handoff
+from netsim.trace.events import EnergyLedger, Handoff
 from netsim.trace.reader import TruncatedTraceWarning, read_trace
+from netsim.trace.writer import TraceWriter
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +108,24 @@ def test_of_a_trace_cut_short_the_part_that_is_there_is_told(
         with pytest.warns(TruncatedTraceWarning):
             ask(cut, question)
         assert "n03" in capsys.readouterr().out
+
+
+def test_the_figures_of_a_part_are_said_to_be_that(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A killed run leaves no figures and no account of its energy: it is not said to have drawn nothing."""
+    part = tmp_path / "part.mcap"
+    with TraceWriter(part, {"scenario": "killed"}) as writer:
+        for time_ns, event in read_trace(run / "trace.mcap"):
+            if not isinstance(event, EnergyLedger):
+                writer.write(event, time_ns)
+    part.write_bytes(without_the_end(part.read_bytes()))
+    with pytest.warns(TruncatedTraceWarning, match=r"what came after [0-9.]+ s is lost; copy the file again"):
+        ask(part, Question())
+    told = capsys.readouterr().out
+    assert "killed (seed ?), the part up to " in told
+    assert "no energy ledger: the trace is cut short" in told
+    assert " J" not in told
 
 
 def test_a_study_is_sent_on_to_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -156,3 +156,15 @@ def test_a_central_belief_has_no_leaders(quiet: tuple[netsim.Result, netsim.Load
     rows = told(quiet, central)
     assert "cells of nonzero probability, mean" in rows
     assert not [what for what in rows if "hand-off" in what or "leader" in what or "led" in what.split()]
+
+
+def test_many_kinds_of_message_are_told_by_the_largest(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    kinds = {"belief": 133, "host": 5, "notice": 812, "request": 26}
+    assert told(quiet, {"radio_messages": 976, "radio_messages_by_kind": kinds})["radio messages"] == (
+        "976 (812 notice, 133 belief, 31 other)"
+    )
+
+
+def test_what_was_taken_over_from_the_dead_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    rows = told(quiet, {"crashes": 2, "reboots": 1, "rehostings": 3, "hosts_stepped_down": 1})
+    assert rows["variables taken over from dead hosts"] == "3 (1 given back)"

@@ -93,6 +93,13 @@ VALUES = [
         ],
     ),
     (
+        "seed: 1\nmedium: {type: disk, radius_m: 5, exponent: 2}",
+        [
+            "s.yaml:2: medium.exponent: expected a key of this type, got `exponent`; it belongs to log-distance: leave it "
+            "out, or choose such a type",
+        ],
+    ),
+    (
         "seed: 1\nmedium: {type: dsk}",
         [
             "s.yaml:2: medium.type: expected one of disk, log-distance, got `dsk`; did you mean `disk`?",
@@ -273,7 +280,7 @@ VALUES = [
     (
         "+nodes: [{count: 1, battery: {low_v: 4}}]",
         [
-            "s.yaml:3: nodes[0].battery: expected low_v below high_v, got {low_v: 4}",
+            "s.yaml:3: nodes[0].battery: expected low_v below high_v, got low_v: 4, high_v: 3.0",
         ],
     ),
     (

@@ -42,3 +42,42 @@ def test_odd_combinations(group: str, more: str, words: list[str], tmp_path: Pat
     warnings = list(scenario_warnings(load(path)))
     assert len(warnings) == len(words)
     assert all(word in warning for word, warning in zip(words, warnings, strict=True))
+
+
+PASSING = """\
+kind: scenario
+schema_version: 1
+name: idle settings
+duration_s: 30
+nodes:
+  - {name: a, placement: {type: grid, rows: 2, columns: 2, spacing_m: 5}, sensor: {}}
+medium: {type: log-distance}
+problem: {type: association, PROBLEM}
+algorithm: {type: csmp, ALGORITHM}
+"""
+
+
+@pytest.mark.parametrize(
+    ("problem", "algorithm", "more", "words"),
+    [
+        ("model: hybrid", "tolerance: 0.2", "", []),
+        ("bearing_sd_rad: 0.2", "asks: 3", "", ["problem.bearing_sd_rad: does nothing", "asks: does nothing"]),
+        ("bearing_sd_rad: 0.2, measures: bearing", "asks: 3, silence: notice", "", []),
+        ("model: hybrid", "rehost: true", "mac: {type: ideal}", ["rehost: nobody can notice a death"]),
+        ("model: hybrid", "rehost: true", "", []),
+        ("model: hybrid", "rehost: true, silence: notice", "mac: {type: ideal}", []),
+        ("model: hybrid", "sleep: scheduled", "mac: {type: lpl}", ["sleep: scheduled with mac lpl"]),
+        ("model: hybrid", "sleep: when_quiet", "mac: {type: tdma}", ["sleep: when_quiet with mac tdma"]),
+        ("model: hybrid", "sleep: scheduled", "mac: {type: tdma, listen: always}", []),
+        ("model: hybrid", "quiet_rounds: 4, sleep: scheduled", "", ["quiet_rounds: does nothing without sleep: when_quiet"]),
+        ("model: hybrid", "tolerance: adaptive, support: projected", "", ["support: does nothing with tolerance: adaptive"]),
+        ("model: hybrid", "tolerance_when_short: 1", "", ["no group has an allowance"]),
+    ],
+)  # fmt: skip
+def test_settings_without_effect(problem: str, algorithm: str, more: str, words: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "idle.yaml"
+    text = PASSING.replace("PROBLEM", problem).replace("ALGORITHM", algorithm)
+    path.write_text(text + more + "\n", encoding="utf-8")
+    warnings = list(scenario_warnings(load(path)))
+    assert len(warnings) == len(words)
+    assert all(word in warning for word, warning in zip(words, warnings, strict=True))

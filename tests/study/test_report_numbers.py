@@ -132,3 +132,8 @@ def test_metrics_are_called_by_words_and_unit(metric, unit, shown):
 def test_ticks_are_written_as_one_writes_them():
     shown = [plain_tick(value) for value in (0.03, 7.61425, 30000.0, -0.5, 0.0)]
     assert shown == ["0.03", "7.61425", "30\N{NARROW NO-BREAK SPACE}000", "\N{MINUS SIGN}0.5", "0"]
+
+
+def test_a_mean_within_its_interval_has_no_more_digits_than_that() -> None:
+    assert with_half(9508, 76790, PLAIN).replace("\N{NO-BREAK SPACE}", " ") == "10000 ± 77000"
+    assert with_half(9508, 76.79, PLAIN).replace("\N{NO-BREAK SPACE}", " ") == "9508 ± 77"

@@ -1,7 +1,7 @@
 """Estimates with their intervals, a row each: paired differences, lifetimes, published beside measured figures."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from netsim.study.differences import EQUAL, HIGHER, LOWER
 from netsim.study.levels import label_of
+from netsim.study.plots.rows import kept_rows, label_rows, left_out, row_height_in, row_labels
 from netsim.study.plots.style import (
     INK,
     PALETTE,
@@ -17,20 +18,22 @@ from netsim.study.plots.style import (
     Plot,
     colours_of,
     grid_of,
+    keep_near,
     log_scale,
     panels,
     plain_tick,
-    shorten,
     spans_decades,
     wrap,
 )
 from netsim.study.reporting.blocks import plain
-from netsim.study.reporting.names import level_name, title_of, title_with
+from netsim.study.reporting.names import bounds_of, level_name, title_of
 from netsim.study.reporting.phrases import Row, decided
 from netsim.study.reporting.view import View
 from netsim.study.statistics import published_table
 
-MOST_ROWS = 36
+DOTS: Mapping[str, Any] = {"lw": 0, "elinewidth": 1.2, "capsize": 2, "ms": 6}
+MOST_PUBLISHED = 20
+"""So many published figures of a metric are drawn."""
 LEAST_PUBLISHED = 3
 """Fewer published figures are told by the table alone."""
 
@@ -43,17 +46,19 @@ def difference_plots(view: View) -> Iterator[Plot]:
     metrics = [name for name in view.compared if _known(view, name)][:6]
     if not metrics:
         return
-    every = list(dict.fromkeys(_key(view, row) for metric in metrics for row in _known(view, metric)))
-    keys = every[:MOST_ROWS]
+    every = {_key(view, row): row for metric in metrics for row in _known(view, metric)}
+    names = list(every)
+    kept = kept_rows(view.info.axes, list(every.values()))
+    keys = [names[place] for place in kept]
+    labels = row_labels(keys)
     rows, columns = grid_of(len(metrics))
-    figure, axes = panels(rows, columns, rows * (1.0 + 0.21 * len(keys)) + 0.2, sharey=True)
+    figure, axes = panels(rows, columns, rows * (1.0 + row_height_in(labels, 0.21) * len(keys)) + 0.2, sharey=True)
     for panel, metric in zip(axes.flat, metrics, strict=False):
         _differences(view, panel, metric, keys)
     for panel in list(axes.flat)[len(metrics) :]:
         panel.set_axis_off()
     for panel in axes[:, 0]:
-        panel.set_yticks(range(len(keys)), [shorten(key, 44) for key in keys])
-    axes[0][0].set_ylim(len(keys) - 0.4, -0.6)
+        label_rows(panel, labels)
     base = plain(level_name(axis, view.info.baseline))
     levels = _levels(view)
     what = f"Mean difference of {plain(levels[0])}" if len(levels) == 1 else "Mean difference"
@@ -67,34 +72,37 @@ def difference_plots(view: View) -> Iterator[Plot]:
             f" Not drawn: {without} difference{'s' if without > 1 else ''} from a baseline of 0, which have no "
             "relative size (see the table)."
         )
-    caption += f" The first {len(keys)} of {len(every)} rows." if len(keys) < len(every) else ""
+    caption += left_out(view.info.axes, list(every.values()), kept, "rows")
     yield Plot("differences", figure, caption, f"Paired differences against {base}")
 
 
 def lifetime_plots(view: View) -> Iterator[Plot]:
     """Days by variant, a colour a milestone."""
     there = [name for name in view.lifetimes if any(view.estimate(number, name).n for number in view.variants)]
-    variants = [number for number in view.variants if any(view.estimate(number, name).n for name in there)][:MOST_ROWS]
-    if not variants:
+    every = [number for number in view.variants if any(view.estimate(number, name).n for name in there)]
+    if not every:
         return
+    levels = [view.levels(number) for number in every]
+    kept = kept_rows(view.info.axes, levels)
+    variants = [every[place] for place in kept]
+    labels = row_labels([view.name(number) for number in variants])
     figure, axes = panels(1, 1, 1.3 + 0.34 * len(variants), width_in=0.85 * WIDTH_IN)
     panel = axes[0][0]
     values = [view.estimate(number, name).mean for number in variants for name in there]
     for place, name in enumerate(there):
-        found = [view.estimate(number, name) for number in variants]
+        found = [view.drawn(number, name) for number in variants]
         y = np.arange(len(variants)) + 0.16 * (place - (len(there) - 1) / 2)
-        half = [0.0 if math.isnan(each.half) else each.half for each in found]
-        panel.errorbar([each.mean for each in found], y, xerr=half, fmt="osD^"[place], ms=4.5, color=PALETTE[place], lw=0,
-                       elinewidth=1.2, capsize=2, label=title_of(name).removeprefix("lifetime to "))  # fmt: skip
+        panel.errorbar([mean for mean, *_ in found], y, xerr=_lengths(found), fmt="osD^"[place], color=PALETTE[place],
+                       label=title_of(name).removeprefix("lifetime to "), **{**DOTS, "ms": 4.5})  # fmt: skip
     if spans_decades([value for value in values if not math.isnan(value)]):
         log_scale(panel.xaxis, [value for value in values if not math.isnan(value)])
     else:
         panel.set_xlim(left=0)
-    panel.set_yticks(range(len(variants)), [shorten(view.name(number)) for number in variants])
-    panel.set_ylim(len(variants) - 0.4, -0.6)
+    label_rows(panel, labels)
     panel.set_xlabel("days until")
     figure.legend(loc="outside lower center", ncols=2)
     caption = "Days until each milestone under the scenario's duty plan: means, bars are 95 % intervals. None: never."
+    caption += left_out(view.info.axes, levels, kept)
     yield Plot("lifetime", figure, caption, "Lifetime in days by variant")
 
 
@@ -107,32 +115,57 @@ def published_plots(view: View) -> Iterator[Plot]:
     columns = min(2, len(metrics))
     lines = math.ceil(len(metrics) / columns)
     most = max(sum(row["metric"] == metric for row in rows) for metric in metrics)
-    figure, axes = panels(lines, columns, lines * (0.9 + 0.4 * min(most, 20)) + 0.4)
+    figure, axes = panels(lines, columns, lines * (0.9 + 0.4 * min(most, MOST_PUBLISHED)) + 0.4)
     for panel, metric in zip(axes.flat, metrics, strict=False):
-        _published(panel, [row for row in rows if row["metric"] == metric][:20])
-        panel.set_title(title_with(metric, ""))
+        _published(view, panel, [row for row in rows if row["metric"] == metric][:MOST_PUBLISHED])
+        panel.set_title(wrap(title_of(metric), 34))
     for panel in list(axes.flat)[len(metrics) :]:
         panel.set_axis_off()
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
     caption = (
-        "Measured and published figures with 95 % intervals (published: ± 1.96 standard errors, where they are known)."
+        "Measured and published figures with 95 % intervals (published: ± 1.96 standard errors, where they are known), "
+        "cut where they are far wider than the figures are apart; a log scale where these span decades."
     )
     yield Plot("published", figure, caption, "Published beside measured figures")
 
 
-def _published(panel: Any, rows: Sequence[Row]) -> None:
+def _published(view: View, panel: Any, rows: Sequence[Row]) -> None:
     y = np.arange(len(rows))
-    half = [0.0 if math.isnan(row["high"]) else (row["high"] - row["low"]) / 2 for row in rows]
-    known = [0.0 if math.isnan(row["published_se"]) else 1.96 * row["published_se"] for row in rows]
-    style = {"lw": 0, "elinewidth": 1.2, "capsize": 2, "ms": 6}
-    panel.errorbar(
-        [row["measured"] for row in rows], y - 0.12, xerr=half, fmt="o", color=PALETTE[0], label="measured", **style
-    )
-    panel.errorbar([row["published"] for row in rows], y + 0.12, xerr=known, fmt="D", color=PALETTE[1], label="published",
-                   **style)  # fmt: skip
-    panel.set_yticks(y, [shorten(row["levels"] or row["at"] or "everywhere", 30) for row in rows])
-    panel.set_ylim(len(rows) - 0.4, -0.6)
+    least, most = bounds_of(rows[0]["metric"])
+    measured = [_triple(row["measured"], row["low"], row["high"], least, most) for row in rows]
+    known = [1.96 * row["published_se"] for row in rows]
+    published = [
+        _triple(row["published"], row["published"] - half, row["published"] + half, least, most)
+        for row, half in zip(rows, known, strict=True)
+    ]
+    for place, (found, marker, label) in enumerate(((measured, "o", "measured"), (published, "D", "published"))):
+        panel.errorbar([mean for mean, *_ in found], y + 0.24 * place - 0.12, xerr=_lengths(found), fmt=marker,
+                       color=PALETTE[place], label=label, **DOTS)  # fmt: skip
+    label_rows(panel, row_labels([view.name(int(row["variant"])) for row in rows], 30))
+    _scale_figures(panel, [*measured, *published])
+
+
+def _triple(mean: float, low: float, high: float, least: float, most: float) -> tuple[float, float, float]:
+    """A mean with the ends of its interval, within what the metric can be; without an interval, the mean itself."""
+    low, high = (mean if math.isnan(end) else min(max(end, least), most) for end in (low, high))
+    return mean, low, high
+
+
+def _lengths(found: Sequence[tuple[float, float, float]]) -> list[list[float]]:
+    """How far the bars of means reach down and up, as matplotlib wants it."""
+    return [[max(0.0, mean - low) for mean, low, _ in found], [max(0.0, high - mean) for mean, _, high in found]]
+
+
+def _scale_figures(panel: Any, found: Sequence[tuple[float, float, float]]) -> None:
+    """A log axis where figures span decades; the figures apart where intervals are far wider."""
+    means = [mean for mean, *_ in found]
+    is_log = spans_decades(means)
+    if is_log:
+        log_scale(panel.xaxis, means)
+    else:
+        panel.xaxis.set_major_locator(MaxNLocator(5))
+    keep_near(panel.xaxis, means, [end for _, *ends in found for end in ends], 1.0 if is_log else 3.0)
 
 
 def _known(view: View, metric: str) -> list[Row]:

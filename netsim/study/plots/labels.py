@@ -48,18 +48,28 @@ class Mark:
     Attributes:
         x: Where it is.
         y: Likewise.
-        half_x: Half the length of its horizontal bar.
-        half_y: Half the length of its vertical bar.
         name: What to write beside it; empty for nothing.
         colour: Of the point.
+        bar_x: Where its horizontal bar begins and ends; None without one.
+        bar_y: Likewise, its vertical one.
     """
 
     x: float
     y: float
-    half_x: float = 0.0
-    half_y: float = 0.0
     name: str = ""
     colour: str = INK
+    bar_x: tuple[float, float] | None = None
+    bar_y: tuple[float, float] | None = None
+
+    @property
+    def ends_x(self) -> tuple[float, float]:
+        """The ends of its horizontal bar; the point itself without one."""
+        return self.bar_x or (self.x, self.x)
+
+    @property
+    def ends_y(self) -> tuple[float, float]:
+        """Likewise, of its vertical one."""
+        return self.bar_y or (self.y, self.y)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,13 +139,10 @@ def _together(axis: Any, marks: Sequence[Mark]) -> list[Mark]:
 
 def _boxes(axis: Any, mark: Mark) -> list[Bbox]:
     """What a point and its bars cover, in pixels."""
-    low_x = mark.x - mark.half_x if axis.get_xscale() == "linear" else max(mark.x - mark.half_x, mark.x * 1e-3)
-    ends = [
-        (low_x, mark.y),
-        (mark.x + mark.half_x, mark.y),
-        (mark.x, mark.y - mark.half_y),
-        (mark.x, mark.y + mark.half_y),
-    ]
+    (low_x, high_x), (low_y, high_y) = mark.ends_x, mark.ends_y
+    if axis.get_xscale() == "log":
+        low_x = max(low_x, mark.x * 1e-3)
+    ends = [(low_x, mark.y), (high_x, mark.y), (mark.x, low_y), (mark.x, high_y)]
     (left, y), (right, _), (x, below), (_, above) = axis.transData.transform(np.asarray(ends, dtype=float))
     return [
         Bbox.from_extents(x - 6, y - 6, x + 6, y + 6),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
@@ -27,8 +28,8 @@ MARKERS = "osD^vPX*<>"
 INK, SOFT, GRID = "#1c2430", "#5a6675", "#dde2e8"
 WIDTH_IN = 9.0
 """Width of a plot across the page."""
-MOST_ROOM = 3.0
-"""Beyond the outermost means a panel shows intervals as far as this, in ranges of the means."""
+MOST_ROOM = 1.0
+"""Beyond the outermost means a panel shows intervals as far as this, in ranges of the means: these fill a third of it."""
 
 RC: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -198,26 +199,43 @@ def log_scale(axis: Any, values: Sequence[float]) -> None:
         values: Positive, what is to be shown.
     """
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
-    narrow = max(values) / min(values) < 300
+    narrow = max(values) / min(values) < 200
     axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
     axis.set_major_formatter(FuncFormatter(plain_tick))
     axis.set_minor_formatter(NullFormatter())
 
 
-def keep_near(axis: Any, means: Sequence[float], ends: Sequence[float]) -> None:
+def keep_near(axis: Any, means: Sequence[float], ends: Sequence[float], most_room: float = MOST_ROOM) -> None:
     """Keep the points of an axis apart where intervals are far wider than they: bars run out of the panel then.
 
     Args:
-        axis: `panel.xaxis` or `panel.yaxis`, linear.
-        means: Where the points are.
+        axis: `panel.xaxis` or `panel.yaxis`, linear or logarithmic.
+        means: Where the points are; positive on a logarithmic axis.
         ends: Ends of their intervals.
+        most_room: How far beyond the points intervals are shown, in ranges of the points.
     """
-    low, high = min(means), max(means)
-    room = MOST_ROOM * ((high - low) or abs(high) or 1.0)
-    if min(ends) < low - room or max(ends) > high + room:
-        margin = 0.05 * (high - low + 2 * room)
-        bounds = (max(min(ends) - margin, low - room), min(max(ends) + margin, high + room))
-        (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(*bounds)
+    set_limits = axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim
+    if axis.get_scale() == "log":
+        positive = [math.log(end) for end in ends if end > 0]
+        set_limits(*np.exp(_limits(np.log(means).tolist(), positive, most_room)))
+    elif _reach_far(means, ends, most_room):
+        set_limits(*_limits(means, ends, most_room))
+
+
+def _room(means: Sequence[float], most_room: float) -> float:
+    return most_room * ((max(means) - min(means)) or abs(max(means)) or 1.0)
+
+
+def _reach_far(means: Sequence[float], ends: Sequence[float], most_room: float) -> bool:
+    room = _room(means, most_room)
+    return min(ends) < min(means) - room or max(ends) > max(means) + room
+
+
+def _limits(means: Sequence[float], ends: Sequence[float], most_room: float) -> tuple[float, float]:
+    """Of a panel: as far as the intervals reach, but not too far from the points."""
+    low, high, room = min(means), max(means), _room(means, most_room)
+    margin = 0.08 * (high - low + 2 * room)
+    return max(min([*ends, low]) - margin, low - room), min(max([*ends, high]) + margin, high + room)
 
 
 def plain_tick(value: float, _: int | None = None) -> str:
@@ -233,8 +251,9 @@ def grid_of(count: int) -> tuple[int, int]:
 
 
 def wrap(text: str, width: int = 26) -> str:
-    """A title on at most two lines."""
-    return shorten("\n".join(textwrap.wrap(text, width)[:2]), 2 * width)
+    """A title on at most two lines; what does not fit on them is cut off, and seen to be."""
+    lines = textwrap.wrap(text, width)
+    return "\n".join(lines if len(lines) <= 2 else [lines[0], shorten(f"{lines[1]} {lines[2]}", width)])
 
 
 def shorten(text: str, most: int = 34) -> str:

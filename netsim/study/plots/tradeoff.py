@@ -40,6 +40,10 @@ MOST_NAMES = 7
 MOST_TOLD = 12
 """So many levels of an axis are told by the legend; of more numbers only some."""
 SOME_TOLD = 6
+LONG_TITLE = 30
+"""Letters of a cost on one line below a panel."""
+FACTORS = 5.0
+"""Costs so many times apart are told by factors, on a log axis."""
 NAME_MARGIN = 0.2
 """Room beside the outermost points for their names, in widths of their range."""
 
@@ -117,8 +121,8 @@ def _towards(costs: Sequence[str]) -> str:
 
 
 def _point(view: View, variant: int, cost: str) -> tuple[float, float] | None:
-    found = [view.estimate(variant, metric).mean * view.scale(metric).factor for metric in (cost, str(view.error))]
-    return None if any(math.isnan(value) for value in found) else (found[0], found[1])
+    x, y = (view.drawn(variant, metric)[0] for metric in (cost, str(view.error)))
+    return None if math.isnan(x) or math.isnan(y) else (x, y)
 
 
 def _scatter(view: View, axis: Any, panel: Panel) -> None:
@@ -131,12 +135,13 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
             continue
         colour = colours.get(_label(view, variant, 0), SOFT)
         bars = _bars(view, variant, cost)
-        axis.errorbar(*point, xerr=bars[0], yerr=bars[1], fmt=markers.get(_label(view, variant, 1), "o"), color=colour,
-                      ms=5.5, elinewidth=1, capsize=2, zorder=5)  # fmt: skip
+        axis.errorbar(*point, xerr=_lengths(point[0], bars[0]), yerr=_lengths(point[1], bars[1]), color=colour,
+                      fmt=markers.get(_label(view, variant, 1), "o"), ms=5.5, elinewidth=1, capsize=2,
+                      zorder=5)  # fmt: skip
     line = [point for variant in members if (point := _point(view, variant, cost)) is not None]
     axis.plot(*zip(*line, strict=True), "-", color=SOFT, lw=1, zorder=3)
     axis.plot(*zip(*line, strict=True), "o", mfc="none", mec=INK, ms=10, mew=1, zorder=6)
-    axis.set_xlabel(title_with(cost, view.scale(cost).unit))
+    axis.set_xlabel(wrap(title_with(cost, view.scale(cost).unit), LONG_TITLE))
     if len(view.choices) != 2:
         axis.margins(x=NAME_MARGIN)
     if where:
@@ -157,7 +162,7 @@ def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
             _scale_cost(axis, shown)
     everywhere = [mark for found in marks for mark in found]
     if everywhere:
-        ends = [mark.y + sign * mark.half_y for mark in everywhere for sign in (-1, 1)]
+        ends = [end for mark in everywhere for end in mark.ends_y]
         keep_near(axes.flat[0].yaxis, [mark.y for mark in everywhere], ends)
 
 
@@ -170,10 +175,12 @@ def _apart(view: View, wanted: Sequence[Panel]) -> bool:
 
 def _scale_cost(axis: Any, marks: Sequence[Mark]) -> None:
     values = [mark.x for mark in marks]
-    if spans_decades(values):
+    is_log = spans_decades(values, FACTORS)
+    if is_log:
         log_scale(axis.xaxis, values)
+    keep_near(axis.xaxis, values, [end for mark in marks for end in mark.ends_x])
+    if is_log:
         return
-    keep_near(axis.xaxis, values, [mark.x + sign * mark.half_x for mark in marks for sign in (-1, 1)])
     axis.xaxis.set_major_locator(MaxNLocator(4))  # figures that differ late have long labels
     axis.xaxis.set_major_formatter(FuncFormatter(plain_tick))
 
@@ -228,18 +235,21 @@ def _mark(view: View, variant: int, cost: str, is_named: bool) -> Mark | None:
         return None
     name = shorten(view.name(variant, [axis.name for axis in view.conditions]), 26) if is_named else ""
     colour = colours_of(_axis(view, 0)).get(_label(view, variant, 0), SOFT)
-    return Mark(*point, *_bars(view, variant, cost), name, colour)
+    return Mark(*point, name, colour, *_bars(view, variant, cost))
 
 
 def _all_named(view: View, variants: Sequence[int]) -> bool:
     return len(view.choices) < 2 and len(variants) <= MOST_NAMES
 
 
-def _bars(view: View, variant: int, cost: str) -> tuple[float, float]:
-    """Half the lengths of a point's bars; 0 where there is no interval."""
-    halves = [view.estimate(variant, name).half * view.scale(name).factor for name in (cost, str(view.error))]
-    x, y = (0.0 if math.isnan(half) else half for half in halves)
-    return x, y
+def _bars(view: View, variant: int, cost: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The ends of a point's bars, along the cost and along the error."""
+    return view.drawn(variant, cost)[1:], view.drawn(variant, str(view.error))[1:]
+
+
+def _lengths(middle: float, ends: tuple[float, float]) -> list[list[float]]:
+    """How far a bar reaches down and up, as matplotlib wants it."""
+    return [[max(0.0, middle - ends[0])], [max(0.0, ends[1] - middle)]]
 
 
 def _axis(view: View, place: int) -> Any:

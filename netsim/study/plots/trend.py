@@ -30,6 +30,8 @@ from netsim.study.reporting.view import View
 
 MOST_AXES = 2
 MOST_PANELS = 6
+MOST_ROOM = 3.0
+"""Bands are shown so far beyond the lines, in ranges of the means: what is flat is to be seen within its band."""
 DASHES = ("-", "--", ":", "-.")
 PUBLISHED_LOOK: Mapping[str, Any] = {"ls": "", "marker": "D", "ms": 5, "color": INK, "mfc": "white", "zorder": 4}
 
@@ -99,13 +101,12 @@ def _line(
     factor = view.scale(metric).factor
     known = [variant for variant in variants if view.estimate(variant, metric).n]
     x = [float(view.levels(variant)[axis.name]) for variant in known]
-    found = [view.estimate(variant, metric) for variant in known]
-    low = [(each.mean if math.isnan(each.low) else each.low) * factor for each in found]
-    if all(each.mean > 0 for each in found):  # a log axis knows no zero
-        low = [max(value, 1e-3 * each.mean * factor) for value, each in zip(low, found, strict=True)]
-    high = [(each.mean if math.isnan(each.high) else each.high) * factor for each in found]
+    found = [view.drawn(variant, metric) for variant in known]
+    low, high = [low for _, low, _ in found], [high for *_, high in found]
+    if all(mean > 0 for mean, *_ in found):  # a log axis knows no zero
+        low = [max(value, 1e-3 * mean) for value, (mean, *_) in zip(low, found, strict=True)]
     panel.fill_between(x, low, high, color=look["color"], alpha=0.14, linewidth=0)
-    panel.plot(x, [each.mean * factor for each in found], marker="o", ms=4, lw=1.6, **look)
+    panel.plot(x, [mean for mean, *_ in found], marker="o", ms=4, lw=1.6, **look)
     if _shows_trials(view):
         dots = [
             (place, each * factor)
@@ -145,17 +146,13 @@ def _finish(view: View, panel: Any, metric: str, axis: AxisInfo) -> None:
         log_scale(panel.xaxis, x)
     elif min(x) == 0 and spans_decades(positive, 200.0):
         panel.set_xscale("symlog", linthresh=min(positive))
-    means = [view.estimate(number, metric).mean * view.scale(metric).factor for number in view.variants]
-    known = [mean for mean in means if not math.isnan(mean)]
+    drawn = [each for number in view.variants if not math.isnan((each := view.drawn(number, metric))[0])]
+    known = [mean for mean, *_ in drawn]
     if spans_decades(known):
         log_scale(panel.yaxis, known)
         panel.set_ylim(bottom=min(known) / 2)
     elif known:
-        found = [view.estimate(number, metric) for number in view.variants]
-        ends = [
-            end * view.scale(metric).factor for each in found for end in (each.low, each.high) if not math.isnan(end)
-        ]
-        keep_near(panel.yaxis, known, ends or known)
+        keep_near(panel.yaxis, known, [end for _, *ends in drawn for end in ends], MOST_ROOM)
     panel.set_title(wrap(title_with(metric, view.scale(metric).unit), 34))
     panel.set_xlabel(axis.name)
     panel.tick_params(labelbottom=True)

@@ -1,5 +1,6 @@
 """What metrics and variants are called in a report."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -42,6 +43,12 @@ TITLES = {
     "two_leaders_s": "time with two leaders",
     "two_leaders_longest_s": "longest time with two leaders",
 }
+SHARES = (
+    *("association_error", "association_differs_from_exact_map", "marginal_error_linf", "map_proved", "count_error"),
+    *("count_marginal_error_linf", "targets_followed_share", "estimates_lost_share", "identity_"),
+    *("delivery_ratio_unicast", "frame_reception_ratio_unicast"),
+)
+"""How the names of metrics begin that are shares of a whole, probabilities or their differences: none exceeds 1."""
 SUFFIXES = ("_j", "_s", "_m", "_byte", "_days", "_nat", "_bit", "_m2")
 BOTH_UNKNOWN: tuple[str, Better] = ("1", "")
 
@@ -65,6 +72,13 @@ def unit_of(metric: str) -> str:
 def better_of(metric: str) -> Better:
     """Which way a metric is better."""
     return _known(metric)[1]
+
+
+def bounds_of(metric: str) -> tuple[float, float]:
+    """Between what a metric can lie: at least 0 for those of the catalogue, which count or measure, at most 1 for shares."""
+    if _known(metric) is BOTH_UNKNOWN:
+        return -math.inf, math.inf
+    return 0.0, 1.0 if metric.startswith(SHARES) else math.inf
 
 
 def title_with(metric: str, unit: str) -> str:

@@ -82,6 +82,8 @@ def with_half(mean: float, half: float, scale: Scale, *, sign: bool = False) -> 
         sign: Whether a sign is to be shown always.
     """
     mean, half = mean * scale.factor, half * scale.factor
+    if half > abs(mean) and half >= 100:  # no digit of such a mean counts that is below the interval's first two
+        mean, half = (round(value, 1 - math.floor(math.log10(half))) for value in (mean, half))
     decimals, most = decimals_of(half), _most_decimals(mean)
     is_cut = decimals is not None and decimals > most
     shown = (signed if sign else number)(mean, most if is_cut else decimals)

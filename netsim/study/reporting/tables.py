@@ -9,7 +9,7 @@ from netsim.metrics.catalogue import metric_of
 from netsim.study.differences import EQUAL, HIGHER, LOWER
 from netsim.study.levels import label_of
 from netsim.study.reporting.blocks import Table, code, plain, prose
-from netsim.study.reporting.names import title_of, title_with
+from netsim.study.reporting.names import bounds_of, title_of, title_with
 from netsim.study.reporting.numbers import decimals_of, number, percent, signed, with_half
 from netsim.study.reporting.phrases import Row, decided
 from netsim.study.reporting.view import View
@@ -137,9 +137,19 @@ def _result_caption(view: View, shown: int) -> str:
             f" **Bold**: better than every other variant{where}, the interval of each paired difference excludes 0 even "
             "after Holm's adjustment; nothing is bold where a trial lacks the figure."
         )
+    if _is_any_wide(view):
+        text += (
+            " Where an interval is wider than its mean, the repetitions do not tell even the mean's order of magnitude."
+        )
     if shown < len(view.variants):
         text += f" {shown} of {len(view.variants)} variants: the baseline and the Pareto sets first; all are in summary.csv."
     return text
+
+
+def _is_any_wide(view: View) -> bool:
+    """Whether any interval of what cannot be negative reaches below 0."""
+    shown = {name for name in (*view.compared, *view.metrics) if bounds_of(name)[0] == 0.0}
+    return any(found.half > found.mean for (_, name), found in view.estimates.items() if name in shown)
 
 
 def _chosen(view: View) -> list[int]:

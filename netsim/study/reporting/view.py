@@ -13,7 +13,7 @@ from netsim.metrics.catalogue import DEFAULT_COSTS, DEFAULT_METRICS, ERROR_METRI
 from netsim.study.cells import figures_of
 from netsim.study.info import AxisInfo, StudyInfo
 from netsim.study.levels import label_of
-from netsim.study.reporting.names import unit_of, variant_name
+from netsim.study.reporting.names import bounds_of, unit_of, variant_name
 from netsim.study.reporting.numbers import Scale, scale_for
 from netsim.study.results import StudyResults
 from netsim.study.statistics import aggregate, paired_differences, pareto_candidates, pareto_set
@@ -124,6 +124,15 @@ class View:
     def estimate(self, variant: int, metric: str) -> Estimate:
         """A metric of a variant; without a figure where there is none."""
         return self.estimates.get((variant, metric), NOTHING)
+
+    def drawn(self, variant: int, metric: str) -> tuple[float, float, float]:
+        """Mean and ends of the interval as a plot shows them: in the metric's unit there, and within what it can be.
+
+        Both ends are the mean where there is no interval, and all three NaN where there is no figure.
+        """
+        found, factor, (least, most) = self.estimate(variant, metric), self.scale(metric).factor, bounds_of(metric)
+        low, high = (found.mean if math.isnan(end) else min(max(end, least), most) for end in (found.low, found.high))
+        return found.mean * factor, low * factor, high * factor
 
     def single(self, variant: int, metric: str) -> list[float]:
         """A metric of each trial of a variant that has a figure of it."""

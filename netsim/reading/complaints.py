@@ -1,0 +1,26 @@
+"""Which settings a record's complaint is about."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from netsim.reading.scalars import Scalar, show
+
+
+def concerned(cls: type[Any], given: Mapping[Any, Any], complaint: str) -> str:
+    """The settings that a complaint names, as they are, by default or given; all that were given where it names none.
+
+    Args:
+        cls: The record type.
+        given: What the document says, as plain values.
+        complaint: What its `__post_init__` raised.
+    """
+    defaults = {each.name: each.default for each in fields(cls) if isinstance(each.default, Scalar)}
+    known = {name: value for name, value in (defaults | dict(given)).items() if isinstance(value, Scalar)}
+    order = [each.name for each in fields(cls) if each.name in known and _is_named(each.name, complaint)]
+    return ", ".join(f"{name}: {show(known[name])}" for name in order) or show(dict(given))
+
+
+def _is_named(name: str, text: str) -> bool:
+    return re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text) is not None
