@@ -14,7 +14,8 @@ from netsim.kernels.grid_belief import condition, uniform
 from netsim.models.sound import MicrophoneArray
 from netsim.models.track_files import TrackPoint
 from netsim.models.tracks import FileTrack, StraightTrack, WaypointTrack
-from netsim.problems.tracking import AcousticTarget, AssumedAmplitude, TrackingParameters, build
+from netsim.problems.tracking import build
+from netsim.problems.tracking_parameters import AcousticTarget, AssumedAmplitude, TrackingParameters
 from netsim.rng import Streams
 from netsim.scenario.build import build as build_scenario
 from netsim.scenario.inputs import Gathering
