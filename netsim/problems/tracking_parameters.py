@@ -77,7 +77,8 @@ class TrackingParameters:
     max_speed_m_per_s: Positive = 15.0
     """Greatest speed of a target that trackers assume."""
     cell_m: Positive = 5.0
-    """Side of the belief's cells, which cover the field."""
+    """Side of the belief's cells, which cover the field; at most `max_speed_m_per_s` times `reading_s`, since a belief
+    moves by whole cells from one reading to the next."""
     neighbourhood_m: Positive = 40.0
     """Range within which nodes hand over to each other."""
     least_neighbours: NonNegativeInt = 2
@@ -93,7 +94,11 @@ class TrackingParameters:
     """From this distance on a track does not follow a target, for the metrics."""
 
     def __post_init__(self) -> None:
-        """Amplitudes in order."""
+        """Amplitudes in order, and beliefs that can move."""
         if self.amplitude.low >= self.amplitude.high:
             message = "amplitude.low below amplitude.high"
+            raise ValueError(message)
+        reach_m = self.max_speed_m_per_s * self.reading_s
+        if self.cell_m > reach_m * (1.0 + 1e-9):
+            message = f"cell_m at most max_speed_m_per_s times reading_s, here {reach_m:g} m, or no belief ever moves"
             raise ValueError(message)
