@@ -15,7 +15,7 @@ import numpy as np
 
 from netsim.algorithms.idsq_positions import BITMAP, LIST, RUNS, laid_positions, read_positions
 from netsim.codec import Precision, decode_floats, encode_floats, size_byte
-from netsim.kernels.belief_fit import Mixture, divergence_bit, fit_operations, fitted, on_grid
+from netsim.kernels.belief_fit import Mixture, divergence_bit, fit_operations, fitted, on_grid, on_grid_operations
 from netsim.kernels.grid_belief import Grid, GridBelief
 from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
@@ -26,6 +26,8 @@ Form = Literal["grid", "gaussian", "mixture"]
 MOST_CELLS: Final = 1 << 16
 LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
 """Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
+READING: Final = FUNCTION_OPERATIONS + 4
+"""Operations to read a cell: its position, its probability (an exponential), their sum, and the division by it."""
 _PRECISIONS: Final[tuple[Precision, ...]] = ("float64", "float32", "float16", "uint8")
 _LAYOUTS: Final = {"none": (LIST,), "run_length": (RUNS,), "image": (BITMAP, RUNS, LIST), "best": (BITMAP, RUNS, LIST)}
 _PARAMETRIC, _DEFLATED = 0x80, 0x40
@@ -118,6 +120,12 @@ class BeliefCoder:
         cells, used = read_positions(body, self.grid, head & 0x03)
         weights = _read_weights(body[used:], len(cells), _PRECISIONS[head >> 2 & 0x03], deflated=bool(head & _DEFLATED))
         return GridBelief(self.grid, cells, weights / weights.sum())
+
+    def decoding_operations(self, data: bytes, belief: GridBelief) -> int:
+        """Elementary operations to make a belief of the bytes that say it."""
+        if data[0] & _PARAMETRIC:
+            return on_grid_operations(self.grid.size, data[0] & 0x0F)
+        return READING * len(belief.cells)
 
     def _laid(self, data: bytes, form: Form, belief: GridBelief, operations: int) -> Laid:
         return Laid(data, form, divergence_bit(belief, self.decode(data)), operations)

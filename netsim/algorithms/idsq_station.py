@@ -82,8 +82,9 @@ class Station:
 
     @property
     def own_energy_share(self) -> float:
-        """What share of the energy it started with it has left."""
-        return self.node.energy_left_j / self._energy_j if 0.0 < self._energy_j < math.inf else 1.0
+        """What share it has left of the energy it started with or of its present allowance, whichever is shorter."""
+        pairs = (self.node.energy_left_j, self._energy_j), (self.node.budget.left_j, self.node.budget.allowance_j)
+        return min((left_j / whole_j for left_j, whole_j in pairs if 0.0 < whole_j < math.inf), default=1.0)
 
     @property
     def detection_amplitude(self) -> float:
