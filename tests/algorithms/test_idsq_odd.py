@@ -81,6 +81,14 @@ def test_the_share_of_energy_that_a_node_tells_is_the_shorter_of_battery_and_all
     assert station.own_energy_share == share
 
 
+@pytest.mark.parametrize("payload", ["float64", "float32", "float16", "uint8"])
+def test_a_tracker_that_drops_no_cell_tracks_in_every_precision(tmp_path, payload):
+    run = Run(world(tmp_path, f"least_probability: 0, payload: {payload}", duration_s=6))
+    assert failures(run) == []
+    assert len(run.of(Belief)) == 12
+    assert min(min(event.probability) for _, event in run.of(Belief)) > 0.0
+
+
 # --- hand-offs by hand --------------------------------------------------------------------------------------------------
 
 

@@ -26,7 +26,7 @@ def cloud(sd_m: float = 15.0) -> GridBelief:
 def beliefs(draw):
     rng = np.random.default_rng(draw(st.integers(0, 100_000)))
     cells = np.sort(rng.choice(GRID.size, rng.integers(1, 200), replace=False))
-    weights = 10.0 ** rng.uniform(-draw(st.sampled_from([0.1, 5.0, 12.0])), 0.0, len(cells))
+    weights = 10.0 ** rng.uniform(-draw(st.sampled_from([0.1, 5.0, 12.0, 300.0])), 0.0, len(cells))
     return GridBelief(GRID, cells, weights / weights.sum())
 
 
