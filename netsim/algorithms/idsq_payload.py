@@ -23,7 +23,8 @@ from netsim.parameters import NonNegative, parameters
 
 Compression = Literal["none", "run_length", "image", "best"]
 Form = Literal["grid", "gaussian", "mixture"]
-MOST_CELLS: Final = 1 << 16
+MOST_CELLS: Final = (1 << 16) - 1
+"""Their number, too, goes as two bytes."""
 LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
 """Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
 READING: Final = FUNCTION_OPERATIONS + 4
@@ -75,7 +76,7 @@ class BeliefCoder:
     """Beliefs to bytes and back.
 
     Args:
-        grid: Which sender and receiver share; at most 65,536 cells.
+        grid: Which sender and receiver share; at most 65,535 cells.
         precision: Of a grid's probabilities.
         forms: What may be sent.
 

@@ -76,6 +76,11 @@ class BearingModel:
         """Elementary floating-point operations of one value of `log_density`."""
         return 5 * FUNCTION_OPERATIONS + 22
 
+    @property
+    def least_spread_rad(self) -> float:
+        """The smallest standard deviation at any range."""
+        return min(self.sd_rad, self.sd_at_zero_rad)
+
     def spread_rad(self, range_m: ArrayLike) -> FloatArray:
         """Standard deviation at a range (Fig. 6)."""
         r = np.asarray(range_m, dtype=float)

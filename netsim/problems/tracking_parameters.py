@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from annotated_types import MinLen
+from annotated_types import Ge, MinLen
 
 from netsim.models.sound import MicrophoneArray
 from netsim.models.tracks import TrackParameters
@@ -37,13 +37,13 @@ class AssumedAmplitude:
 class AssumedBearing:
     """What trackers assume of direction-of-arrival sensors (eq 11, Fig. 6)."""
 
-    noise_sd_deg: Positive = 10.0
+    noise_sd_deg: Annotated[float, Ge(0.1)] = 10.0
     """Standard deviation between the near and the far range."""
     near_m: Positive = 20.0
     """Below this range it grows linearly as the range shrinks."""
     far_m: Positive = 100.0
     """Above this range it grows linearly."""
-    noise_sd_at_zero_deg: Positive = 45.0
+    noise_sd_at_zero_deg: Annotated[float, Ge(0.1)] = 45.0
     """At range 0; the paper shows no number."""
     growth_deg_per_m: NonNegative = 0.5
     """Beyond the far range; the paper shows no number."""
