@@ -119,7 +119,7 @@ class Tracker:
         elif message.kind == ALIVE:
             self._guards.answer(self._leaders, message, turn_of(message.payload)[0])
         elif message.kind == QUERY:
-            self._station.node.spawn(self._neighbourhood.answer(message))
+            self._neighbourhood.heed(message)
         else:
             self._on_alarm(message)
 
@@ -134,7 +134,7 @@ class Tracker:
                 station.tell(known, message.source)
             return
         if station.parameters.robust:
-            station.node.send(message.source, TAKEN, encode_taken(held, station.own_energy_share))
+            station.answer(message.source, TAKEN, encode_taken(held, station.own_energy_share))
         if not is_again:
             self._leaders.take(held, station.coder.decoding_operations(belief_bytes(message.payload), held.belief))
 

@@ -45,11 +45,14 @@ class AmplitudeModel:
 
 
 def _log_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """log(Phi(upper) - Phi(lower)) for upper above lower, accurate in both tails."""
+    """log(Phi(upper) - Phi(lower)) for upper above lower, accurate in both tails.
+
+    Minus infinity where the two are so far out that they are the same number.
+    """
     flip = lower > 0.0
     a, b = np.where(flip, -upper, lower), np.where(flip, -lower, upper)
     log_b, log_a = log_ndtr(b), log_ndtr(a)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(log_b + np.log(-np.expm1(log_a - log_b)))
 
 

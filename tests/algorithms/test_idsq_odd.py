@@ -89,6 +89,20 @@ def test_a_tracker_that_drops_no_cell_tracks_in_every_precision(tmp_path, payloa
     assert min(min(event.probability) for _, event in run.of(Belief)) > 0.0
 
 
+GARBLED = (
+    "faults: [{type: corruption, share: 0.2, undetected_share: 1}, {type: duplication, share: 0.3, mean_delay_s: 0.3}]"
+)
+
+
+@pytest.mark.parametrize("seed", [4, 9])
+def test_messages_of_garbage_are_survived(tmp_path, seed):
+    """Such as queries that end too early, readings beyond all bounds, and messages of nodes that do not exist."""
+    run = Run(
+        world(tmp_path, "robust: true, selection: all", seed=seed, medium=RADIO, mac=CSMA, duration_s=3.5, more=GARBLED)
+    )
+    assert failures(run) == []
+
+
 # --- hand-offs by hand --------------------------------------------------------------------------------------------------
 
 
