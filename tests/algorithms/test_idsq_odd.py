@@ -11,6 +11,7 @@ from netsim.algorithms.idsq_messages import HANDOFF, Held, Thread, Turn, decode_
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import BeliefCoder, BeliefForms
 from netsim.algorithms.idsq_station import Station
+from netsim.errors import ScenarioError
 from netsim.kernels.acoustics import AmplitudeModel, SensorSpec
 from netsim.kernels.grid_belief import Grid, uniform
 from netsim.kernels.tracking_model import TrackingKnowledge
@@ -101,6 +102,13 @@ def test_messages_of_garbage_are_survived(tmp_path, seed):
         world(tmp_path, "robust: true, selection: all", seed=seed, medium=RADIO, mac=CSMA, duration_s=3.5, more=GARBLED)
     )
     assert failures(run) == []
+
+
+@pytest.mark.parametrize("algorithm", ["watch: {false_alarm: 0.5}", "watch: {false_alarm: 0}", "threads: 256"])
+def test_settings_without_a_meaning_are_refused(tmp_path, algorithm):
+    """A threshold at or below no sound, one that nothing reaches, threads whose number no byte holds."""
+    with pytest.raises(ScenarioError, match="expected a"):
+        world(tmp_path, f"robust: true, {algorithm}")
 
 
 # --- hand-offs by hand --------------------------------------------------------------------------------------------------
