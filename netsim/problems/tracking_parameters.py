@@ -48,6 +48,12 @@ class AssumedBearing:
     growth_deg_per_m: NonNegative = 0.5
     """Beyond the far range; the paper shows no number."""
 
+    def __post_init__(self) -> None:
+        """Ranges in order."""
+        if self.near_m > self.far_m:
+            message = "near_m at most far_m"
+            raise ValueError(message)
+
 
 @parameters
 class TrackingParameters:

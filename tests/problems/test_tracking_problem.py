@@ -288,6 +288,22 @@ def test_a_run_s_folder_holds_the_file_of_a_track(tmp_path):
     assert [each.name for each in inputs] == ["inputs/ways.csv"]
 
 
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("bearing: {near_m: 50, far_m: 20}", "near_m at most far_m"),
+        ("bearing: {noise_sd_deg: 0.05}", "expected a number >= 0.1"),
+        ("microphones: {samples: 2}", "expected a whole number >= 3"),
+    ],
+)
+def test_sensors_that_nobody_could_use_are_refused(tmp_path, setting, words):
+    (tmp_path / "tracked.yaml").write_text(
+        SCENARIO.replace("  bearing_share: 0.5\n", f"  {setting}\n"), encoding="utf-8"
+    )
+    with pytest.raises(ScenarioError, match=words):
+        load(tmp_path / "tracked.yaml")
+
+
 WALKER = """\
   - name: walker
     SENSOR
