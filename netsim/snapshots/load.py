@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +84,7 @@ class TrackRun:
         targets: The same as it was recorded.
         steps: All beliefs, in order.
         guesses: All estimates, in order.
-        choices: Whom a node chose at a step of a track, the first choice.
+        choices: Whom a node chose at a step of a track: the last whom it tried, among all from whom it could choose.
         leaders: Nodes that ever lead.
         lives: When a node went down (True) or came up.
         outages_ns: When nobody led though a target was there.
@@ -176,7 +176,12 @@ def _take_estimate(run: TrackRun, event: Estimate, now_ns: int) -> None:
 
 
 def _take_handoff(run: TrackRun, event: Handoff, _: int) -> None:
-    run.choices.setdefault((event.node, event.target, event.step), event)
+    """Who is chosen after another one did not take the belief is the next leader; among whom says the first choice."""
+    step = (event.node, event.target, event.step)
+    first = run.choices.setdefault(step, event)
+    last = next((each for each in reversed(run.steps) if each.track == event.target), None)
+    if last is not None and (last.node, last.track, last.number) == step:  # else it was taken back later on
+        run.choices[step] = replace(first, destination=event.destination)
 
 
 def _take_role(run: TrackRun, event: Role, _: int) -> None:
