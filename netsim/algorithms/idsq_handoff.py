@@ -132,7 +132,7 @@ class HandingOn:
     def _tell(self, held: Held, chosen: int, worth: dict[int, float], laid: Laid, payload_byte: int) -> None:
         node = self._station.node
         choice = list(worth), list(worth.values()), laid.form, payload_byte, laid.divergence_bit
-        node.record(Handoff(node.id, held.thread.track, held.step, chosen, *choice))
+        node.record(Handoff(node.id, held.thread.track, held.step, chosen, *choice, held.thread.number))
 
 
 def _answers(held: Held, chosen: int) -> Callable[[Message], bool]:

@@ -215,7 +215,7 @@ class Leaders:
 
     def _tell(self, held: Held) -> None:
         """Put estimate and belief into the trace."""
-        record_belief(self._station.node, held.thread.track, held.step, held.belief)
+        record_belief(self._station.node, held.thread.track, held.step, held.belief, held.thread.number)
 
 
 def _others(claims: Sequence[Claim], held: Held) -> bool:

@@ -49,6 +49,7 @@ class Entry:
         citation: Where it comes from.
         problems: Kinds of problem it can solve; empty for an algorithm that needs none.
         needs_sink: Whether it sends to a node of the role `sink`.
+        roles: What roles its nodes tell the trace that they take; None where that is not known.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Entry:
     citation: str = ""
     problems: tuple[str, ...] = ()
     needs_sink: bool = False
+    roles: tuple[str, ...] | None = ()
 
 
 def _message_passing(semiring: Semiring) -> Callable[[Any], Algorithm]:
@@ -122,6 +124,7 @@ SHIPPED: Mapping[str, Entry] = {
             "all measurements to one node, which solves the whole association exactly and tells each its part",
             f"{CHEN_2006}, eq 6; solved by HiGHS (Huangfu and Hall 2018)",
             ("association",),
+            roles=("centre",),
         ),
         Entry(
             "idsq",
@@ -130,6 +133,7 @@ SHIPPED: Mapping[str, Entry] = {
             "information-driven tracking: the belief is handed from leader to leader over the air",
             f"{LIU_2002}, Table 1",
             ("tracking",),
+            roles=("leader", "guard"),
         ),
         Entry(
             "central-bayes",
@@ -139,6 +143,7 @@ SHIPPED: Mapping[str, Entry] = {
             f"{LIU_2002}, section 2.2, eq 4",
             ("tracking",),
             needs_sink=True,
+            roles=("centre",),
         ),
         Entry(
             "neighbour-traffic",
@@ -191,7 +196,7 @@ def load_own(name: str, folder: Path) -> Entry:
         namespace={"__doc__": record.__doc__, "__module__": record.__module__},
     )
     summary = (cls.__doc__ or "no description").strip().splitlines()[0]
-    return Entry(name, tagged, cls if takes_parameters else lambda _: cls(), summary)
+    return Entry(name, tagged, cls if takes_parameters else lambda _: cls(), summary, roles=None)
 
 
 def _imported(module_name: str, folder: Path) -> Any:

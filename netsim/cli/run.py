@@ -46,6 +46,8 @@ def _tell_files(result: Result) -> None:
     say(f"Results in {result.folder}: metrics.json, run.json, scenario.yaml" + (", trace.mcap" if result.trace else ""))
     if result.trace:
         say(f"Watch it: netsim replay {shlex.quote(str(result.trace))}")
+        if "beliefs" in result.metrics:
+            say(f"Draw it: netsim track {shlex.quote(str(result.folder))} --out track.png")
 
 
 def _tell_troubles(result: Result) -> None:

@@ -53,12 +53,23 @@ def _followed(figures: Mapping[str, Any]) -> Iterator[Row]:
             f"  at the reading, {seconds(figures['belief_age_mean_s'])} before it is there",
             metres(figures["belief_error_mean_after_start_m"]),
         )
-    if figures["estimates_lost_share"]:
-        yield "  beyond the cut-off: track lost", percent(figures["estimates_lost_share"])
+    yield from _lost(figures)
     yield "targets followed, share of the time", percent(figures["targets_followed_share"])
     yield from _switches(figures)
     yield "variance of the belief, mean", f"{figures['belief_variance_mean_m2']:.4g} m\u00b2"
     yield "  cells of nonzero probability, mean", f"{figures['belief_cells_mean']:.4g}"
+
+
+def _lost(figures: Mapping[str, Any]) -> Iterator[Row]:
+    """Estimates at the cut-off or beyond; of several targets the nearest is far, too, where a track's own one has left."""
+    if not figures["estimates_lost_share"]:
+        return
+    if (figures["targets_mean"] or 0.0) <= 1.0:
+        yield "  beyond the cut-off: track lost", percent(figures["estimates_lost_share"])
+        return
+    yield "  beyond the cut-off: target lost or gone", percent(figures["estimates_lost_share"])
+    followed = figures["estimates"] - figures["estimates_unassigned"]
+    yield f"  of tracks that follow a target, {followed} estimates", metres(figures["position_error_mean_m"])
 
 
 def _handoffs(figures: Mapping[str, Any]) -> Iterator[Row]:

@@ -14,7 +14,7 @@ from netsim.cli.replay import trace_file
 from netsim.cli.tables import plain_table
 from netsim.errors import ScenarioError
 from netsim.snapshots.load import Step, TrackRun, load_track
-from netsim.snapshots.moment import SOON_S, moment, usual_times_ns
+from netsim.snapshots.moment import HOLD_S, SOON_S, moment, usual_times_ns
 from netsim.units import NS_PER_S, s_to_ns
 
 
@@ -37,12 +37,15 @@ def chosen_times_ns(run: TrackRun, at_s: Sequence[float]) -> list[int]:
     """The instants asked for, in order, each once; if a belief is told right after one, because it took time, that of it.
 
     Raises:
-        ScenarioError: For one at which there is no belief yet.
+        ScenarioError: For one at which there is no belief yet, or none any more.
     """
-    first_s = run.steps[0].time_ns / NS_PER_S
+    first_s, last_s = run.steps[0].time_ns / NS_PER_S, run.steps[-1].time_ns / NS_PER_S
     for time_s in at_s:
-        if not first_s <= time_s < math.inf:
-            message = f"--at: expected instants from {first_s:g} s on, that of the first belief, got {time_s:g} s"
+        if not first_s <= time_s <= last_s + HOLD_S:
+            message = (
+                f"--at: expected instants from {first_s:g} s, that of the first belief, to {last_s + HOLD_S:g} s, "
+                f"{HOLD_S:g} s after the last one, got {time_s:g} s"
+            )
             raise ScenarioError(message)
     told_ns = np.array(sorted({step.time_ns for step in run.steps}))
     asked_ns = np.array([s_to_ns(time_s) for time_s in at_s])
@@ -57,7 +60,8 @@ def plain_step(run: TrackRun, step: Step) -> dict[str, Any]:
     x_m, y_m = step.belief.mean_m.tolist()
     return {
         "time_s": step.time_ns / NS_PER_S,
-        "track": step.track,
+        "track": step.line[0],
+        "thread": step.line[1],
         "step": step.number,
         "node": _name(run, step.node),
         "leads": step.node in run.leaders,
@@ -80,13 +84,13 @@ def _name(run: TrackRun, node: int) -> str:
 def _steps_at(run: TrackRun, times_ns: Sequence[int]) -> list[Step]:
     """The last belief of each track at these instants."""
     found = [now.step for time_ns in times_ns for now in moment(run, time_ns).tracks.values()]
-    return list({(step.time_ns, step.track): step for step in found}.values())
+    return list({(step.time_ns, step.line): step for step in found}.values())
 
 
 def _print(run: TrackRun, steps: Sequence[Step]) -> None:
     hands_over = bool(run.choices)
     last = ("chose", "neighbours", "byte") if hands_over else ()
-    heads = ("track", "error m", "spread m", "cells")
+    heads = (*(("track", "thread") if run.has_threads else ("track",)), "error m", "spread m", "cells")
     table = plain_table(f"Track: {run.title}", ("s", "leader" if hands_over else "node"), (*heads, *last))
     for step in steps:
         table.add_row(*_cells(run, step), *(_chosen(run, step) if hands_over else ()))
@@ -99,7 +103,8 @@ def _cells(run: TrackRun, step: Step) -> tuple[str, ...]:
     x_m, y_m = step.belief.mean_m.tolist()
     off_m = run.truth.nearest_m(step.time_ns, (x_m, y_m))
     sizes = "-" if off_m is None else f"{off_m:.2f}", f"{math.sqrt(step.belief.variance_m2):.2f}"
-    who = f"{step.time_ns / NS_PER_S:.3f}", _name(run, step.node), str(step.track)
+    line = str(run.ordinal(step.line)), *((str(step.line[1] + 1),) if run.has_threads else ())
+    who = f"{step.time_ns / NS_PER_S:.3f}", _name(run, step.node), *line
     return *who, *sizes, f"{len(step.belief.cells)}"
 
 

@@ -1,8 +1,9 @@
 """Who leads when a track's belief wanders: outages, tracks with two leaders, and beliefs that go astray.
 
 A node leads while it holds the role `leader`; one that dies, crashes or ends its algorithm holds no role any more, although
-it cannot say so. Which track it leads is told by the last event that names both: `Handoff` (to it or by it), `Belief` or
-`Estimate`.
+it cannot say so. Which track it leads, and which of its redundant threads, is told by the last event that names both:
+`Handoff` (to it or by it), `Belief` or `Estimate`. It may lead several threads: then it leads one that it hands over until
+it has chosen to whom, for the role does not tell when it has given one of them away.
 """
 
 from collections import defaultdict
@@ -25,10 +26,11 @@ from netsim.units import NS_PER_S
 LEADER: Final = "leader"
 BELIEF_KIND: Final = "handoff"
 """Kind of the messages that carry a belief."""
-_UNKNOWN = -1  # track of a leader of which nothing else is said
+_Thread = tuple[int, int]  # track and thread
+_UNKNOWN: _Thread = (-1, -1)  # of a leader of which nothing else is said
 
-_Choice = tuple[tuple[int, int], frozenset[int]]  # track and step, and to whom the belief is to go
-_NO_CHOICE: _Choice = (_UNKNOWN, _UNKNOWN), frozenset()
+_Choice = tuple[tuple[_Thread, int], frozenset[int]]  # thread and step, and to whom the belief is to go
+_NO_CHOICE: _Choice = (_UNKNOWN, -1), frozenset()
 
 
 Span = tuple[int, int]
@@ -66,16 +68,17 @@ class Leaders:
     """Follows the role `leader` from node to node."""
 
     def __init__(self) -> None:
-        self._track_of: dict[int, int] = {}
+        self._threads: defaultdict[int, set[_Thread]] = defaultdict(set)  # that a node leads, if it leads
+        self._given: defaultdict[int, set[_Thread]] = defaultdict(set)  # of these, those with a next leader chosen
         self._holders: set[int] = set()
-        self._last_leader: dict[int, int] = {}
+        self._last_leader: dict[_Thread, int] = {}
         self._led: set[int] = set()
         self._first_ns = 0
         self._changes = 0
         self._target_is_there = False
         self._outages = _Spans()
         self._left_by: int | None = None  # who led last when the outage began
-        self._doubled: defaultdict[int, _Spans] = defaultdict(_Spans)
+        self._doubled: defaultdict[_Thread, _Spans] = defaultdict(_Spans)
         self._chosen: dict[int, _Choice] = {}  # by leader
         self._beliefs_sent = self._beliefs_astray = 0
         self._now_ns = 0
@@ -156,6 +159,7 @@ class Leaders:
         if node in self._holders:
             self._holders.discard(node)
             self._count(now_ns)
+            self._given.pop(node, None)
             if not self._holders and self._target_is_there:
                 self._outages.begin(now_ns)
                 self._left_by = node
@@ -168,18 +172,18 @@ class Leaders:
         self._outages.end(now_ns)
 
     def _note_leader(self, node: int) -> None:
-        track = self._track_of.get(node, _UNKNOWN)
-        self._changes += self._last_leader.get(track, node) != node
-        self._last_leader[track] = node
+        for thread in sorted(self._threads[node]) or [_UNKNOWN]:
+            self._changes += self._last_leader.get(thread, node) != node
+            self._last_leader[thread] = node
 
     def _count(self, now_ns: int) -> None:
-        """Begin and end the times in which a track has several leaders."""
-        tracks = [self._track_of.get(node, _UNKNOWN) for node in self._holders]
-        for track in {*tracks, *self._doubled}:
-            if tracks.count(track) > 1:
-                self._doubled[track].begin(now_ns)
-            elif track in self._doubled:
-                self._doubled[track].end(now_ns)
+        """Begin and end the times in which a thread has several leaders."""
+        threads = [thread for node in self._holders for thread in self._threads[node] or {_UNKNOWN}]
+        for thread in {*threads, *self._doubled}:
+            if threads.count(thread) > 1:
+                self._doubled[thread].begin(now_ns)
+            elif thread in self._doubled:
+                self._doubled[thread].end(now_ns)
 
     def _on_truth(self, event: TruthTargets, now_ns: int) -> None:
         self._now_ns = now_ns
@@ -188,23 +192,35 @@ class Leaders:
             self._outages.end(now_ns)
 
     def _on_told(self, event: Belief | Estimate, now_ns: int) -> None:
-        self._name(event.node, event.target, now_ns)
+        thread = event.target, event.thread
+        self._given[event.node].discard(thread)
+        self._name(event.node, thread, now_ns)
 
     def _on_handoff(self, event: Handoff, now_ns: int) -> None:
-        self._name(event.node, event.target, now_ns)
-        if event.destination not in self._holders:
-            self._track_of[event.destination] = event.target
-        turn = event.target, event.step
-        known, chosen = self._chosen.get(event.node, _NO_CHOICE)
-        self._chosen[event.node] = turn, (chosen if known == turn else frozenset()) | {event.destination}
+        thread, turn = (event.target, event.thread), ((event.target, event.thread), event.step)
+        self._name(event.node, thread, now_ns)
+        self._given[event.node].add(thread)
+        if self._threads[event.node] - self._given[event.node]:
+            self._threads[event.node] -= self._given[event.node]
+        known, before = self._chosen.get(event.node, _NO_CHOICE)
+        chosen = before if known == turn else frozenset()
+        for other in chosen & self._holders:
+            self._threads[other].discard(thread)
+        self._threads[event.destination] = {thread, *self._kept(event.destination)}
+        self._chosen[event.node] = turn, chosen | {event.destination}
+        self._count(now_ns)
 
-    def _name(self, node: int, track: int, now_ns: int) -> None:
-        """Learn which track a node is at."""
-        if self._track_of.get(node) == track:
+    def _kept(self, node: int) -> set[_Thread]:
+        """What a node leads and has not given away."""
+        return self._threads[node] - self._given[node] if node in self._holders else set()
+
+    def _name(self, node: int, thread: _Thread, now_ns: int) -> None:
+        """Learn that a node is at a thread, besides those that it leads and has not given away."""
+        if thread in self._threads[node]:
             return
-        self._track_of[node] = track
+        self._threads[node] = {thread, *self._kept(node)}
         if node in self._holders:
-            self._last_leader.setdefault(track, node)
+            self._last_leader.setdefault(thread, node)
             self._count(now_ns)
 
     def _on_sent(self, event: MessageSent, now_ns: int) -> None:

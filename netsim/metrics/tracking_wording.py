@@ -14,7 +14,7 @@ def belief_words(event: Belief) -> str:
     """How wide a belief is."""
     cells = len(event.cell)
     spread = f", spread {math.sqrt(belief_of(event).variance_m2):.4g} m" if cells else ""
-    return f"step {event.step} of track {event.target}: {counted(cells, 'cell')}{spread}"
+    return f"step {event.step} of {_line(event).rstrip(',')}: {counted(cells, 'cell')}{spread}"
 
 
 def handoff_words(event: Handoff, label: Callable[[int], str]) -> str:
@@ -23,6 +23,11 @@ def handoff_words(event: Handoff, label: Callable[[int], str]) -> str:
     among = listed(f"{label(node)} {value:.4g}" for node, value in sorted(worth, key=lambda each: -each[1]))
     lost = f", loses {event.divergence_bit:.3g} bit" if event.divergence_bit > _NOTHING_BIT else ""
     return (
-        f"{label(event.destination)} to lead track {event.target} next, by utility of {among}; "
+        f"{label(event.destination)} to lead {_line(event)} next, by utility of {among}; "
         f"belief as {event.form}, {event.payload_byte} byte{lost}"
     )
+
+
+def _line(event: Belief | Handoff) -> str:
+    """The track, and which of its redundant threads, but for the first."""
+    return f"track {event.target}" + (f", thread {event.thread + 1}," if event.thread else "")

@@ -12,7 +12,7 @@ from netsim.replay.beliefs import HOLD_NS
 from netsim.replay.lives import changes, is_down
 from netsim.replay.scene import static
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, timed
+from netsim.replay.track import Setting, line_names, timed
 from netsim.trace.events import Handoff, NodeLife, Role
 
 _SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -33,7 +33,7 @@ class LeaderTrack:
         self._scene = setting.scene
         self._pace = setting.pace
         self._roles: list[tuple[int, int, bool]] = []
-        self._choices: list[tuple[int, int, Choice]] = []
+        self._choices: list[tuple[int, str, Choice]] = []
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """Keep them; the marks are drawn at the end."""
@@ -52,7 +52,7 @@ class LeaderTrack:
         candidate, lengths = batch.rows("candidate")
         groups = np.split(self._scene.rows(candidate), np.cumsum(lengths)[:-1])
         here, there = (self._scene.rows(batch.numbers(name)).tolist() for name in ("node", "destination"))
-        tracks, times = batch.numbers("target").tolist(), batch.time_ns.tolist()
+        tracks, times = line_names(batch).tolist(), batch.time_ns.tolist()
         for time_ns, track, leader, chosen, among in zip(times, tracks, here, there, groups, strict=True):
             if leader >= 0 and chosen >= 0:
                 known = tuple(int(row) for row in among if row >= 0)
@@ -79,11 +79,11 @@ class LeaderTrack:
         return shown
 
     def _chosen(self) -> dict[int, list[Choice]]:
-        """The choices that are shown from each instant on: the last of each track, for a while."""
+        """The choices that are shown from each instant on: the last of each track and thread, for a while."""
         steps = sorted(self._choices, key=lambda step: step[0])
         ends = [(at_ns + HOLD_NS, track, None) for at_ns, track, _ in steps if at_ns + HOLD_NS < self._pace.end_ns]
-        made_ns: dict[int, int] = {}
-        current: dict[int, Choice] = {}
+        made_ns: dict[str, int] = {}
+        current: dict[str, Choice] = {}
         shown: dict[int, list[Choice]] = {}
         for at_ns, track, choice in sorted([*steps, *ends], key=lambda step: step[0]):
             if choice is not None:

@@ -10,7 +10,7 @@ from rerun.chunk import Chunk
 from netsim.replay import style
 from netsim.replay.scene import diamond, static
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, timed
+from netsim.replay.track import Setting, line_names, timed
 from netsim.trace.events import Estimate, NodeEnergy, TruthTargets
 
 _CIRCLE = np.linspace(0.0, 2 * np.pi, 41)
@@ -105,7 +105,7 @@ class TargetTrack:
 
 
 class EstimateTrack:
-    """The latest estimate of each target, whoever made it, with its ellipse."""
+    """The latest estimate of each track and thread, whoever made it, with its ellipse."""
 
     topics = (Estimate.topic,)
     past = False
@@ -113,41 +113,42 @@ class EstimateTrack:
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
         self._radius_m = 0.5 * setting.scene.radius_m
-        self._seen: set[int] = set()
+        self._seen: set[str] = set()
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """One entity a target."""
-        target = batch.numbers("target")
+        """One entity a track and thread."""
+        names = line_names(batch)
         known = batch.rows("covariance_m2")[1] == 3
-        for number in np.unique(target):
-            if int(number) not in self._seen:
-                self._seen.add(int(number))
-                yield from self._look(int(number))
-            yield self._points(batch.where(target == number), int(number))
-            if known[target == number].any():
-                yield _ellipses(batch.where((target == number) & known), int(number))
+        for name in np.unique(names).tolist():
+            if name not in self._seen:
+                self._seen.add(name)
+                yield from self._look(name)
+            yield self._points(batch.where(names == name), name)
+            if known[names == name].any():
+                yield _ellipses(batch.where((names == name) & known), name)
 
     def finish(self) -> Iterator[Chunk]:
         """Nothing."""
         yield from ()
 
-    def _look(self, number: int) -> Iterator[Chunk]:
+    def _look(self, name: str) -> Iterator[Chunk]:
         order = style.ORDER["estimates"]
         points = rr.Points2D.from_fields(
             colors=[style.ESTIMATE], radii=[self._radius_m], show_labels=False, draw_order=order
         )
         ellipse = rr.LineStrips2D.from_fields(colors=[style.ESTIMATE_DIM], radii=[-1.0], draw_order=order)
-        yield static(f"/map/estimates/{number}", points)
-        yield static(f"/map/estimates/{number}/ellipse", ellipse)
+        yield static(f"/map/estimates/{name}", points)
+        yield static(f"/map/estimates/{name}/ellipse", ellipse)
 
-    def _points(self, batch: Batch, number: int) -> Chunk:
+    def _points(self, batch: Batch, name: str) -> Chunk:
         positions = np.column_stack([batch.numbers("x_m"), -batch.numbers("y_m")])
-        labels = [f"target {number} by {self._setting.label(int(node))}" for node in batch.numbers("node")]
+        whose = f"target {name}".replace("_thread_", ", thread ")
+        labels = [f"{whose} by {self._setting.label(int(node))}" for node in batch.numbers("node")]
         columns = rr.Points2D.columns(positions=positions, labels=labels)
-        return timed(f"/map/estimates/{number}", batch.time_ns, columns)
+        return timed(f"/map/estimates/{name}", batch.time_ns, columns)
 
 
-def _ellipses(batch: Batch, number: int) -> Chunk:
+def _ellipses(batch: Batch, name: str) -> Chunk:
     """Two-sigma ellipses of a target's estimates, one strip a row."""
     xx, xy, yy = batch.rows("covariance_m2")[0].reshape(-1, 3).T
     covariance = np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2)
@@ -158,4 +159,4 @@ def _ellipses(batch: Batch, number: int) -> Chunk:
         np.einsum("nij,jk->nki", axes, circle) + np.column_stack([batch.numbers("x_m"), batch.numbers("y_m")])[:, None]
     )
     strips[..., 1] *= -1
-    return timed(f"/map/estimates/{number}/ellipse", batch.time_ns, rr.LineStrips2D.columns(strips=strips))
+    return timed(f"/map/estimates/{name}/ellipse", batch.time_ns, rr.LineStrips2D.columns(strips=strips))

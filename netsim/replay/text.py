@@ -11,7 +11,7 @@ from rerun.chunk import Chunk
 
 from netsim.replay.incidents import Lines, RouteLines, budget_lines, crowd, fault_lines
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, timed
+from netsim.replay.track import Setting, line_names, timed
 from netsim.trace.events import (
     BROADCAST,
     OUTCOME_CODE,
@@ -126,14 +126,14 @@ class LogTrack:
     def _handoffs(self, batch: Batch) -> Lines:
         parts = zip(
             self._names(batch, "node"),
-            batch.numbers("target").tolist(),
+            line_names(batch).tolist(),
             self._names(batch, "destination"),
             batch.rows("candidate")[1].tolist(),
             batch.numbers("payload_byte").tolist(),
             strict=True,
         )
         texts = [
-            f"{node}: hands track {track} to {chosen}, chosen among {count} ({size_byte} byte)"
+            f"{node}: hands track {track.replace('_', ' ')} to {chosen}, chosen among {count} ({size_byte} byte)"
             for node, track, chosen, count, size_byte in parts
         ]
         return batch.time_ns, texts, ["INFO"] * len(texts)

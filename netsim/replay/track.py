@@ -106,3 +106,9 @@ def timed(path: str, time_ns: NDArray[np.int64], columns: Iterable[Any]) -> Chun
 def scalars(path: str, time_ns: NDArray[np.int64], values: NDArray[Any]) -> Chunk:
     """A chunk of numbers to plot."""
     return timed(path, time_ns, rr.Scalars.columns(scalars=np.asarray(values, np.float64)))
+
+
+def line_names(batch: Batch) -> NDArray[np.str_]:
+    """What the entities of estimates, beliefs and hand-offs are called: by their track, and thread if it has several."""
+    parts = zip(batch.numbers("target").tolist(), batch.numbers("thread").tolist(), strict=True)
+    return np.array([f"{track}_thread_{thread + 1}" if thread else f"{track}" for track, thread in parts], np.str_)

@@ -11,7 +11,7 @@ from rerun.chunk import Chunk
 from netsim.replay import style
 from netsim.replay.scene import static
 from netsim.replay.source import Batch
-from netsim.replay.track import Setting, scalars, timed
+from netsim.replay.track import Setting, line_names, scalars, timed
 from netsim.trace.events import Estimate, TruthTargets
 
 _LENGTH = 40  # places in a trail
@@ -29,9 +29,9 @@ class TrailTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._pace = setting.pace
-        self._truth: defaultdict[int, list[Fix]] = defaultdict(list)
-        self._told: defaultdict[int, list[Fix]] = defaultdict(list)
-        self._spread_m: defaultdict[int, list[float]] = defaultdict(list)
+        self._truth: defaultdict[str, list[Fix]] = defaultdict(list)
+        self._told: defaultdict[str, list[Fix]] = defaultdict(list)
+        self._spread_m: defaultdict[str, list[float]] = defaultdict(list)
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """Keep them; they are compared at the end."""
@@ -40,19 +40,19 @@ class TrailTrack:
             times = np.repeat(batch.time_ns, lengths).tolist()
             places = batch.rows("x_m")[0].tolist(), batch.rows("y_m")[0].tolist()
             for number, *fix in zip(target.tolist(), times, *places, strict=True):
-                self._truth[number].append((fix[0], fix[1], fix[2]))
+                self._truth[str(number)].append((fix[0], fix[1], fix[2]))
         else:
             self._take_estimates(batch)
         yield from ()
 
     def _take_estimates(self, batch: Batch) -> None:
-        numbers, times = batch.numbers("target").tolist(), batch.time_ns.tolist()
+        names, times = line_names(batch).tolist(), batch.time_ns.tolist()
         places = batch.numbers("x_m").tolist(), batch.numbers("y_m").tolist()
         flat, lengths = batch.rows("covariance_m2")
         spreads = (_spread_m(row) for row in np.split(flat, np.cumsum(lengths)[:-1]))
-        for number, time_ns, x_m, y_m, spread_m in zip(numbers, times, *places, spreads, strict=True):
-            self._told[number].append((time_ns, x_m, y_m))
-            self._spread_m[number].append(spread_m)
+        for name, time_ns, x_m, y_m, spread_m in zip(names, times, *places, spreads, strict=True):
+            self._told[name].append((time_ns, x_m, y_m))
+            self._spread_m[name].append(spread_m)
 
     def finish(self) -> Iterator[Chunk]:
         """Trails of what moved, and the curves."""
@@ -61,12 +61,12 @@ class TrailTrack:
         if self._truth and any(len(fixes) > 1 for fixes in self._told.values()) and len(self._told) <= _MOST_CURVES:
             yield from self._curves()
 
-    def _trails(self, path: str, fixes: Mapping[int, Sequence[Fix]], colour: style.Rgba) -> Iterator[Chunk]:
-        for number, each in fixes.items():
+    def _trails(self, path: str, fixes: Mapping[str, Sequence[Fix]], colour: style.Rgba) -> Iterator[Chunk]:
+        for name, each in fixes.items():
             places = np.array([(x_m, -y_m) for _, x_m, y_m in each])
             if len(each) < 2 or not np.ptp(places, axis=0).any():
                 continue
-            own = f"{path}/{number}"
+            own = f"{path}/{name}"
             look = rr.LineStrips2D.from_fields(colors=[colour], radii=[-0.9], draw_order=style.ORDER["trails"])
             yield static(own, look)
             times = np.array([time_ns for time_ns, _, _ in each], np.int64)
@@ -76,20 +76,20 @@ class TrailTrack:
                 yield timed(own, times[shown], rr.LineStrips2D.columns(strips=strips).partition([1] * len(strips)))
 
     def _curves(self) -> Iterator[Chunk]:
-        """Error of each track, and how large its covariance says that it is."""
+        """Error of each track and thread, and how large its covariance says that it is."""
         many = len(self._told) > 1
-        for place, (number, fixes) in enumerate(self._told.items()):
+        for place, (line, fixes) in enumerate(self._told.items()):
             times = np.array([time_ns for time_ns, _, _ in fixes], np.int64)
             inside = times >= self._pace.start_ns
-            whose = f" of track {number}" if many else ""
+            whose = f" of track {line}".replace("_thread_", ", thread ") if many else ""
             curves = (
                 ("error", self._errors_m(fixes), style.kind_colour(2 * place) if many else style.ESTIMATE),
-                ("spread", np.array(self._spread_m[number]), style.kind_colour(2 * place + 1) if many else style.MEAN),
+                ("spread", np.array(self._spread_m[line]), style.kind_colour(2 * place + 1) if many else style.MEAN),
             )
             for name, values, colour in curves:
                 known = inside & np.isfinite(values)
                 if known.any():
-                    path = f"/plots/track/{name}_{number}"
+                    path = f"/plots/track/{name}_{line}"
                     yield static(path, rr.SeriesLines(colors=[colour], names=[name + whose], widths=[2.0]))
                     yield scalars(path, times[known], values[known])
 

@@ -17,6 +17,7 @@ from netsim.reading.remedies import nearest
 from netsim.scenario.fidelity import climb, fidelity_findings
 from netsim.scenario.model_checks import model_findings
 from netsim.scenario.schema import Scenario
+from netsim.scenario.tracking_checks import tracking_findings
 from netsim.sim.mac.ideal import IdealMacParameters
 
 MOST_NODES = 10_000
@@ -151,6 +152,7 @@ def _across(scenario: Scenario, document: Document, registry: Registry) -> Itera
     yield from _acknowledgements_in_time(scenario, document)
     yield from _problem_fits(scenario, document, registry)
     yield from model_findings(scenario, document)
+    yield from tracking_findings(scenario, document)
     yield from _sink_exists(scenario, document, registry)
     yield from _targets_in_field(scenario, document)
 

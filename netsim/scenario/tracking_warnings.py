@@ -16,6 +16,11 @@ def tracking_warnings(loaded: LoadedScenario) -> Iterator[str]:
     scenario, problem = loaded.scenario, loaded.scenario.problem
     if not isinstance(problem, TrackingParameters):
         return
+    if problem.reading_s > scenario.duration_s:
+        yield (
+            f"problem.reading_s is {problem.reading_s:g} s, but the run ends at {scenario.duration_s:g} s: there is no "
+            "reading after time 0"
+        )
     for number in range(len(problem.targets)):
         try:
             track = _track(loaded, problem, number)

@@ -6,6 +6,8 @@ from itertools import chain
 from netsim.models.device_tables import load_radio
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.setting_warnings import setting_warnings
+from netsim.scenario.tracker_warnings import tracker_warnings
+from netsim.scenario.tracking_checks import algorithms
 from netsim.scenario.tracking_warnings import tracking_warnings
 from netsim.sim.faults.rules import CrashRule, OutageRule, RoleCrashRule
 from netsim.sim.mac.lpl_timing import LplParameters
@@ -17,8 +19,7 @@ def scenario_warnings(loaded: LoadedScenario) -> Iterator[str]:
     """What a valid scenario does that is without effect or at odds with itself, each once."""
     checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (
         *(_time_sync, _faults, _duty_cycles, _guard_time),
-        tracking_warnings,
-        setting_warnings,
+        *(_roles, tracking_warnings, tracker_warnings, setting_warnings),
     )
     yield from chain.from_iterable(check(loaded) for check in checks)
 
@@ -38,6 +39,19 @@ def _faults(loaded: LoadedScenario) -> Iterator[str]:
             groups = {group.name for group in loaded.scenario.nodes}
             own = [a for a, b in rule.links if a == b and a not in groups]
             yield from (f"faults[{index}]: a link of node {node} with itself: there is none to cut" for node in own)
+
+
+def _roles(loaded: LoadedScenario) -> Iterator[str]:
+    """Crashes of roles that nobody takes; what a user's own algorithm tells is not known before it runs."""
+    entries = [loaded.registry.entry_of(record) for _, record in algorithms(loaded.scenario)]
+    if any(entry.roles is None for entry in entries):
+        return
+    known = list(dict.fromkeys(role for entry in entries for role in entry.roles or ()))
+    for index, rule in enumerate(loaded.scenario.faults):
+        if isinstance(rule, RoleCrashRule) and rule.role not in known:
+            names = " and ".join(dict.fromkeys(entry.name for entry in entries))
+            takes = f"takes {' or '.join(f'`{role}`' for role in known)}" if known else "tells no roles"
+            yield f"faults[{index}]: nobody ever holds the role `{rule.role}`, so nobody crashes: {names} {takes}"
 
 
 def _duty_cycles(loaded: LoadedScenario) -> Iterator[str]:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,8 @@ _TOPICS = {each.topic for each in _KINDS}
 _DOWN, _UP = ("died", "crashed"), ("started", "rebooted")
 
 Place = tuple[float, float]
+Line = tuple[int, int]
+"""A track's number and which of its redundant threads: what one belief wanders along."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,14 +45,14 @@ class Step:
     Attributes:
         time_ns: When.
         node: Who.
-        track: Number of the track.
+        line: Which track, and which of its threads.
         number: Of the step.
         belief: The belief.
     """
 
     time_ns: int
     node: int
-    track: int
+    line: Line
     number: int
     belief: GridBelief
 
@@ -61,11 +64,11 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """An estimate: when, by whom, of which track, where."""
+    """An estimate: when, by whom, of which track and thread, where."""
 
     time_ns: int
     node: int
-    track: int
+    line: Line
     place_m: Place
 
 
@@ -84,7 +87,7 @@ class TrackRun:
         targets: The same as it was recorded.
         steps: All beliefs, in order.
         guesses: All estimates, in order.
-        choices: Whom a node chose at a step of a track: the last whom it tried, among all from whom it could choose.
+        choices: Whom a node chose at a step of a track's thread: the last whom it tried, among all whom it could choose.
         leaders: Nodes that ever lead.
         lives: When a node went down (True) or came up.
         outages_ns: When nobody led though a target was there.
@@ -100,7 +103,7 @@ class TrackRun:
     targets: list[tuple[int, Points]] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
     guesses: list[Guess] = field(default_factory=list)
-    choices: dict[tuple[int, int, int], Handoff] = field(default_factory=dict)
+    choices: dict[tuple[int, Line, int], Handoff] = field(default_factory=dict)
     leaders: set[int] = field(default_factory=set)
     lives: list[tuple[int, int, bool]] = field(default_factory=list)
     outages_ns: list[Span] = field(default_factory=list)
@@ -109,13 +112,29 @@ class TrackRun:
         """Whether nobody leads at an instant though somebody did and a target is there."""
         return any(begin_ns <= time_ns < end_ns for begin_ns, end_ns in self.outages_ns)
 
-    def ordinal(self, track: int) -> int:
+    @cached_property
+    def lines(self) -> list[Line]:
+        """Tracks and their threads in the order in which they began."""
+        return list(dict.fromkeys(step.line for step in self.steps))
+
+    @property
+    def has_threads(self) -> bool:
+        """Whether some track has redundant threads."""
+        return any(thread for _, thread in self.lines)
+
+    def ordinal(self, line: Line) -> int:
         """The place of a track in the order in which they began, from 1."""
-        return list(dict.fromkeys(step.track for step in self.steps)).index(track) + 1
+        return list(dict.fromkeys(track for track, _ in self.lines)).index(line[0]) + 1
+
+    def line_name(self, line: Line) -> str:
+        """A track, a thread, or both, whatever tells it from the others."""
+        tracks = len({track for track, _ in self.lines})
+        of_tracks = [f"track {self.ordinal(line)}"] if tracks > 1 or not self.has_threads else []
+        return ", ".join([*of_tracks, *([f"thread {line[1] + 1}"] if self.has_threads else [])])
 
     def choice(self, step: Step) -> Handoff | None:
         """Whom the node of a step chose as next leader."""
-        return self.choices.get((step.node, step.track, step.number))
+        return self.choices.get((step.node, step.line, step.number))
 
 
 def load_track(trace: Path) -> TrackRun:
@@ -168,19 +187,20 @@ def _take_truth(run: TrackRun, event: TruthTargets, now_ns: int) -> None:
 
 def _take_belief(run: TrackRun, event: Belief, now_ns: int) -> None:
     if len(event.cell):
-        run.steps.append(Step(now_ns, event.node, event.target, event.step, belief_of(event)))
+        run.steps.append(Step(now_ns, event.node, (event.target, event.thread), event.step, belief_of(event)))
 
 
 def _take_estimate(run: TrackRun, event: Estimate, now_ns: int) -> None:
-    run.guesses.append(Guess(now_ns, event.node, event.target, (float(event.x_m), float(event.y_m))))
+    run.guesses.append(Guess(now_ns, event.node, (event.target, event.thread), (float(event.x_m), float(event.y_m))))
 
 
 def _take_handoff(run: TrackRun, event: Handoff, _: int) -> None:
     """Who is chosen after another one did not take the belief is the next leader; among whom says the first choice."""
-    step = (event.node, event.target, event.step)
+    line = event.target, event.thread
+    step = event.node, line, event.step
     first = run.choices.setdefault(step, event)
-    last = next((each for each in reversed(run.steps) if each.track == event.target), None)
-    if last is not None and (last.node, last.track, last.number) == step:  # else it was taken back later on
+    last = next((each for each in reversed(run.steps) if each.line == line), None)
+    if last is not None and (last.node, last.line, last.number) == step:  # else it was taken back later on
         run.choices[step] = replace(first, destination=event.destination)
 
 

@@ -9,6 +9,8 @@ LEADER: Final = "#C2187A"
 NEIGHBOUR: Final = "#0A8F5B"
 TARGET: Final = "#D7191C"
 TRAIL: Final = "#111827"
+LINES: Final = (TRAIL, "#C4650A", "#2F6FB0", "#7A7F87")
+"""Of the errors of several tracks or threads, in the order in which they began."""
 DOWN: Final = "#6b7280"
 CENTRE: Final = "#111827"
 CELLS: Final = ("#ffffff", "#dcd9ec", "#a9a3cf", "#6a5fae", "#3a2a7c", "#1c0f4d")

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from netsim.metrics.tracks import Points
-from netsim.snapshots.load import Place, Step, TrackRun
+from netsim.snapshots.load import Line, Place, Step, TrackRun
 from netsim.trace.events import Handoff
 from netsim.units import NS_PER_S, s_to_ns
 
@@ -20,7 +20,7 @@ _TENTH_S = 0.03  # what is nearer to a tenth of a second is written as that
 
 @dataclass(frozen=True, slots=True)
 class Now:
-    """A track at an instant.
+    """A track, or one of its threads, at an instant.
 
     Attributes:
         step: Its last belief.
@@ -41,14 +41,14 @@ class Moment:
 
     Attributes:
         time_ns: When.
-        tracks: Tracks with a belief that is not too old, by number.
+        tracks: Tracks and threads with a belief that is not too old.
         targets: Where targets are.
         ways_m: Where each of these targets was, in order.
         down: Nodes that are dead or crashed.
     """
 
     time_ns: int
-    tracks: Mapping[int, Now]
+    tracks: Mapping[Line, Now]
     targets: Points
     ways_m: Mapping[int, Sequence[Place]]
     down: frozenset[int]
@@ -56,20 +56,20 @@ class Moment:
 
 def moment(run: TrackRun, time_ns: int) -> Moment:
     """How things stand at an instant."""
-    alive: dict[int, Step] = {}
+    alive: dict[Line, Step] = {}
     for step in run.steps:
         if time_ns - s_to_ns(HOLD_S) <= step.time_ns <= time_ns:
-            alive[step.track] = step
+            alive[step.line] = step
     targets = run.truth.at(time_ns)
     ways = {target: [*_way(run, target, time_ns), place_m] for target, place_m in targets.items()}
-    tracks = {track: _now(run, step) for track, step in sorted(alive.items())}
+    tracks = {line: _now(run, step) for line, step in sorted(alive.items())}
     return Moment(time_ns, tracks, targets, ways, _down(run, time_ns))
 
 
 def _now(run: TrackRun, step: Step) -> Now:
-    steps = [each for each in run.steps if each.track == step.track and each.time_ns <= step.time_ns]
+    steps = [each for each in run.steps if each.line == step.line and each.time_ns <= step.time_ns]
     blank_ns = {each.time_ns for each in steps if each.is_blank}
-    guesses = [each for each in run.guesses if each.track == step.track and each.time_ns <= step.time_ns]
+    guesses = [each for each in run.guesses if each.line == step.line and each.time_ns <= step.time_ns]
     trail = [each.place_m for each in guesses if each.time_ns not in blank_ns]
     led = [run.places_m[each.node] for each in steps if each.node in run.leaders and each.node in run.places_m]
     return Now(step, run.choice(step), trail, led[-_SHOWN_LEADERS:] if step.node in run.leaders else [])
@@ -88,10 +88,12 @@ def _down(run: TrackRun, time_ns: int) -> frozenset[int]:
 
 
 def usual_times_ns(run: TrackRun) -> list[int]:
-    """Instants of beliefs in the middle of each third of the time in which there are any."""
+    """Instants of beliefs in the middle of each third of the time in which there are any, with what is told soon after."""
     first_ns, last_ns = run.steps[0].time_ns, run.steps[-1].time_ns
     wanted = [first_ns + (last_ns - first_ns) * (2 * third + 1) // (2 * _SPREAD) for third in range(_SPREAD)]
-    return sorted({min((abs(step.time_ns - at), step.time_ns) for step in run.steps)[1] for at in wanted})
+    nearest = (min((abs(step.time_ns - at), step.time_ns) for step in run.steps)[1] for at in wanted)
+    soon_ns = s_to_ns(SOON_S)
+    return sorted({max(step.time_ns for step in run.steps if 0 <= step.time_ns - at <= soon_ns) for at in nearest})
 
 
 def in_seconds(time_ns: int) -> str:

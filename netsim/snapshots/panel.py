@@ -27,17 +27,12 @@ _DOWN: dict[str, Any] = {"marker": "x", "ls": "", "ms": 6, "mew": 1.6, "color": 
 
 def draw_panel(axes: Axes, run: TrackRun, moment: Moment) -> None:
     """Draw an instant; the axes are in metres."""
-    for now in moment.tracks.values():
-        _draw_belief(axes, now.step)
-    _draw_ways(axes, moment)
+    _draw_beliefs(axes, [now.step for now in moment.tracks.values()])
+    _draw_ways(axes, run, moment)
     _draw_sensors(axes, run, moment.down)
     for now in moment.tracks.values():
         _draw_leader(axes, run, now)
-        if len(moment.tracks) > 1 and now.trail_m:
-            name = f"track {run.ordinal(now.step.track)}"
-            axes.annotate(
-                name, now.trail_m[-1], (8, -9), textcoords="offset points", fontsize=7.5, zorder=9, bbox=_PAPER
-            )
+    _name_tracks(axes, run, moment)
     for x_m, y_m in moment.targets.values():
         axes.plot(x_m, y_m, marker="+", color="white", ms=15, mew=4.5, zorder=7)
         axes.plot(x_m, y_m, marker="+", color=look.TARGET, ms=13, mew=2.4, zorder=8)
@@ -51,7 +46,7 @@ def said(run: TrackRun, moment: Moment) -> str:
     if not moment.tracks:
         return "no belief"
     if len(moment.tracks) > 1:
-        return f"{len(moment.tracks)} tracks"
+        return f"{len(moment.tracks)} {'tracks' if len({track for track, _ in moment.tracks}) > 1 else 'threads'}"
     (now,) = moment.tracks.values()
     if run.is_leaderless(moment.time_ns):
         return f"no leader, last {run.names.get(now.step.node, now.step.node)}"
@@ -62,28 +57,44 @@ def said(run: TrackRun, moment: Moment) -> str:
     return who if off_m is None else f"{who}, {off_m:.1f} m off"
 
 
-def _draw_belief(axes: Axes, step: Step) -> None:
-    """Cells coloured by their probability over that of the most probable one; pale if all are equal."""
-    belief, grid = step.belief, step.belief.grid
-    dense = np.zeros(grid.size)
-    dense[belief.cells] = (_PALE if step.is_blank else 1.0) * belief.probability / belief.probability.max()
-    shape = grid.rows, grid.columns
-    masked = np.ma.masked_less_equal(dense.reshape(shape), 0.0)
+def _draw_beliefs(axes: Axes, steps: Sequence[Step]) -> None:
+    """Cells coloured by their probability over that of the most probable one; pale if all are equal.
+
+    Where several beliefs have a cell, the one to which it is most probable counts; all are on grids as the first one's.
+    """
+    if not steps:
+        return
+    grid, rows = steps[0].belief.grid, max(step.belief.grid.rows for step in steps)
+    dense = np.zeros(rows * grid.columns)
+    for step in steps:
+        cells, probability = step.belief.cells, step.belief.probability
+        relative = (_PALE if step.is_blank else 1.0) * probability / probability.max()
+        dense[cells] = np.maximum(dense[cells], relative)
+    masked = np.ma.masked_less_equal(dense.reshape(rows, grid.columns), 0.0)
     (left_m, low_m), cell_m = grid.origin_m, grid.cell_m
-    extent = (left_m, left_m + grid.columns * cell_m, low_m, low_m + grid.rows * cell_m)
+    extent = (left_m, left_m + grid.columns * cell_m, low_m, low_m + rows * cell_m)
     axes.imshow(
         masked, origin="lower", extent=extent, cmap=CELL_COLOURS, norm=CELL_SCALE, interpolation="nearest", zorder=1
     )
 
 
-def _draw_ways(axes: Axes, moment: Moment) -> None:
+def _name_tracks(axes: Axes, run: TrackRun, moment: Moment) -> None:
+    """One name a track; threads of one track are close, and told apart by their colours."""
+    latest = {line[0]: now for line, now in moment.tracks.items() if now.trail_m}
+    for track, now in latest.items() if len(latest) > 1 else ():
+        name = f"track {run.ordinal((track, 0))}"
+        axes.annotate(name, now.trail_m[-1], (8, -9), textcoords="offset points", fontsize=7.5, zorder=9, bbox=_PAPER)
+
+
+def _draw_ways(axes: Axes, run: TrackRun, moment: Moment) -> None:
     for way in moment.ways_m.values():
         axes.plot(*_columns(way), color=look.TARGET, lw=1.1, alpha=0.55, zorder=2)
     for now in moment.tracks.values():
         axes.plot(*_columns(now.led_m), color=look.LEADER, lw=0.9, ls=(0, (3, 2)), alpha=0.75, zorder=3)
-        axes.plot(*_columns(now.trail_m), color=look.TRAIL, lw=0.9, marker=".", ms=3.2, mew=0, zorder=5)
+        colour = run.lines.index(now.step.line) % len(look.LINES)
+        axes.plot(*_columns(now.trail_m), color=look.LINES[colour], lw=0.9, marker=".", ms=3.2, mew=0, zorder=5)
         if now.trail_m:
-            axes.plot(*now.trail_m[-1], marker="o", ms=5.5, mfc="white", mec=look.TRAIL, mew=1.4, zorder=8)
+            axes.plot(*now.trail_m[-1], marker="o", ms=5.5, mfc="white", mec=look.LINES[colour], mew=1.4, zorder=8)
 
 
 def _draw_sensors(axes: Axes, run: TrackRun, down: Iterable[int]) -> None:

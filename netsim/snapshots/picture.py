@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from netsim.flow import look as flow_look
 from netsim.flow.drawing import save, styled
 from netsim.snapshots import look
-from netsim.snapshots.load import TrackRun
+from netsim.snapshots.load import Line, TrackRun
 from netsim.snapshots.moment import HOLD_S, Moment, in_seconds, moment
 from netsim.snapshots.panel import CELL_COLOURS, CELL_SCALE, draw_panel, legend_handles
 from netsim.units import NS_PER_S
@@ -90,25 +90,33 @@ def _draw_panels(figure: SubFigure, run: TrackRun, moments: Sequence[Moment], sh
 
 
 def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
-    """Distance of every estimate from the nearest target, and how far off its belief expects it to be."""
-    for number, track in enumerate(sorted({each.track for each in run.guesses})):
-        times_s, errors_m = _errors(run, track)
-        axes.plot(
-            times_s, errors_m, color=look.TRAIL, lw=1.1, marker=".", ms=3.5, label="error" if not number else None
-        )
-        spread_s, spread_m = _spread(run, track)
+    """Distance of every estimate from the nearest target, and how far off its belief expects it to be.
+
+    What is beyond the scale is marked at its upper end.
+    """
+    top_m = _top_m(run)
+    several = 1 < len(run.lines) <= len(look.LINES)
+    for number, line in enumerate(run.lines):
+        colour = look.LINES[number % len(look.LINES)]
+        said = f"error, {run.line_name(line)}" if several else "error"
+        label = said if several or not number else None
+        times_s, errors_m = _errors(run, line)
+        axes.plot(times_s, errors_m, color=colour, lw=1.1, marker=".", ms=3.5, label=label)
+        beyond = [time_s for time_s, off_m in zip(times_s, errors_m, strict=True) if off_m > top_m]
+        axes.plot(beyond, [0.97 * top_m] * len(beyond), color=colour, marker="^", ms=4, ls="", mew=0)
+    for number, line in enumerate(run.lines):
         label = "belief: root of its variance" if not number else None
-        axes.fill_between(spread_s, spread_m, color=look.SPREAD, alpha=0.45, lw=0, label=label)
+        axes.fill_between(*_spread(run, line), color=look.SPREAD, alpha=0.45, lw=0, label=label, zorder=1)
     for number, (begin_ns, end_ns) in enumerate(run.outages_ns):
         label = "no leader" if not number else None
         axes.axvspan(begin_ns / NS_PER_S, end_ns / NS_PER_S, color=look.OUTAGE, alpha=0.35, lw=0, label=label)
     _mark_instants(axes, run, moments)
-    axes.set_ylim(0.0, _top_m(run))
+    axes.set_ylim(0.0, top_m)
     axes.margins(x=0.01)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("distance from target (m)")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=3, borderaxespad=0.0)
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=6, borderaxespad=0.0)
 
 
 def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
@@ -125,18 +133,18 @@ def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None
             )  # fmt: skip
 
 
-def _errors(run: TrackRun, track: int) -> tuple[list[float], list[float]]:
+def _errors(run: TrackRun, line: Line) -> tuple[list[float], list[float]]:
     """Times and errors; a gap, so that no line bridges it, where nothing is said for long."""
     pairs = [
         (each.time_ns / NS_PER_S, run.truth.nearest_m(each.time_ns, each.place_m))
         for each in run.guesses
-        if each.track == track
+        if each.line == line
     ]
     return _with_gaps([(time_s, off_m) for time_s, off_m in pairs if off_m is not None])
 
 
-def _spread(run: TrackRun, track: int) -> tuple[list[float], list[float]]:
-    steps = [each for each in run.steps if each.track == track]
+def _spread(run: TrackRun, line: Line) -> tuple[list[float], list[float]]:
+    steps = [each for each in run.steps if each.line == line]
     return _with_gaps([(each.time_ns / NS_PER_S, math.sqrt(each.belief.variance_m2)) for each in steps])
 
 

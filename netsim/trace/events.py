@@ -415,6 +415,8 @@ class Estimate:
     y_m: F64
     covariance_m2: F64Array
     """xx, xy, yy; empty when unknown."""
+    thread: U8 = 0
+    """Which of the track's redundant threads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -447,6 +449,8 @@ class Belief:
     cell: U32Array
     """Cells of nonzero probability, row by row: row * columns + column."""
     probability: F64Array
+    thread: U8 = 0
+    """Which of the track's redundant threads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -468,6 +472,8 @@ class Handoff:
     payload_byte: U32
     divergence_bit: F64
     """What the layout lost: Kullback-Leibler divergence of the belief from what the receiver decodes."""
+    thread: U8 = 0
+    """Which of the track's redundant threads."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,14 +1,20 @@
 """Watchdogs begin tracks and end them; several tracks, several threads; outliers; sleep."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from idsq_rig import RADIO, Run, S, world
 
+from netsim.algorithms.idsq import Idsq
+from netsim.algorithms.idsq_parameters import IdsqParameters
+from netsim.errors import AlgorithmError
 from netsim.kernels.acoustics import AmplitudeModel
 from netsim.kernels.gating import detection_threshold
-from netsim.trace.events import EnergyLedger, Estimate, Handoff, MessageSent, NodeLife
+from netsim.kernels.grid_belief import Grid
+from netsim.kernels.tracking_model import TrackingKnowledge
+from netsim.trace.events import EnergyLedger, Estimate, Handoff, MessageSent
 
 CSMA = "{type: csma}"
 WATCHED = "first_leader: none\n  watchdogs: border"
@@ -101,10 +107,12 @@ def test_of_two_tracks_of_one_target_the_younger_ends(tmp_path):
     assert left == {tracks(run)[0][2]["track"]}
 
 
-def test_watchdogs_need_claims(tmp_path):
-    loaded = world(tmp_path, "robust: false", problem=WATCHED)
-    failed = [event for _, event in Run(loaded).of(NodeLife) if event.event == "failed"]
-    assert "`robust: true`" in failed[0].reason
+def test_watchdogs_need_claims():
+    """Scenarios without are refused when they are loaded; a node that is given such knowledge otherwise says so."""
+    grid = Grid((0.0, 0.0), 5.0, 10, 10)
+    knowledge = TrackingKnowledge(None, {}, 40.0, 2, grid, reading_s=0.5, max_speed_m_per_s=15.0, is_watchdog=True)
+    with pytest.raises(AlgorithmError, match="`robust: true`"):
+        next(Idsq(IdsqParameters()).run(SimpleNamespace(knowledge=knowledge)))
 
 
 # --- threads and outliers ---------------------------------------------------------------------------------------------

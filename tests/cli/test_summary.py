@@ -106,6 +106,7 @@ FOLLOWED = {
     "estimate_error_mean_m": 13.25,
     "estimate_error_mean_after_start_m": 11.5,
     "estimates_lost_share": 0.0,
+    "targets_mean": 1.0,
     "targets_followed_share": 0.96,
     "track_switches": 0,
     "track_losses": 0,
@@ -135,6 +136,16 @@ def test_a_belief_that_wanders_is_told(quiet: tuple[netsim.Result, netsim.Loaded
     assert rows["times without a leader"] == "none"
     noise = ("OSPA", "left out", "track lost", "lost by", "laid out", "two leaders", "switches", "others than", "NEES")
     assert not [what for what in rows if any(word in what for word in noise)]
+
+
+def test_of_several_targets_those_are_told_apart_that_have_left(
+    quiet: tuple[netsim.Result, netsim.LoadedScenario],
+) -> None:
+    """An estimate of a target that has left is compared with another one, however far: the mean says little then."""
+    left = {"estimates_lost_share": 0.125, "targets_mean": 1.5, "estimates_unassigned": 9, "position_error_mean_m": 5.5}
+    rows = told(quiet, FOLLOWED | left)
+    assert rows["beyond the cut-off: target lost or gone"] == "12.50 %"
+    assert rows["of tracks that follow a target, 63 estimates"] == "5.5 m"
 
 
 def test_what_goes_wrong_with_a_belief_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:

@@ -29,12 +29,12 @@ def leaves(node: int) -> Role:
     return Role(node, "leader", 0)
 
 
-def chooses(node: int, to: int, step: int, track: int = 0) -> Handoff:
-    return Handoff(node, track, step, to, [to], [0.0], "grid", 8, 0.0)
+def chooses(node: int, to: int, step: int, track: int = 0, thread: int = 0) -> Handoff:
+    return Handoff(node, track, step, to, [to], [0.0], "grid", 8, 0.0, thread)
 
 
-def believes(node: int, track: int) -> Belief:
-    return Belief(node, track, 0, 0.0, 0.0, 5.0, 10, [0], [1.0])
+def believes(node: int, track: int, thread: int = 0) -> Belief:
+    return Belief(node, track, 0, 0.0, 0.0, 5.0, 10, [0], [1.0], thread)
 
 
 def sends(node: int, to: int, kind: str = "handoff") -> MessageSent:
@@ -187,3 +187,49 @@ def test_times_with_none_and_with_two_leaders_are_those_of_a_count(changes: list
         return
     assert figures["outage_total_s"] == counts.count(0)
     assert figures["two_leaders_s"] == sum(count >= 2 for count in counts if count is not None)
+
+
+def test_redundant_threads_have_a_leader_each() -> None:
+    """Node 4 gives the second thread to 6 and the first to 5: nobody shares a thread but for 0.1 s."""
+    figures = figures_of(
+        (1.0, believes(4, 0)),
+        (1.0, leads(4)),
+        (1.1, chooses(4, 6, 0, thread=1)),
+        (1.2, leads(6)),
+        (2.0, believes(6, 0, 1)),
+        (2.0, believes(4, 0)),
+        (2.1, chooses(4, 5, 1)),
+        (2.2, leads(5)),
+        (2.3, leaves(4)),
+        (9.0, END),
+    )
+    assert figures["two_leaders_s"] == figures["two_leaders_longest_s"] == pytest.approx(0.1)
+    assert figures["leader_changes"] == 2  # 6 and 5 take over from 4
+
+
+def test_a_node_that_leads_two_threads_gives_them_away_one_by_one() -> None:
+    """Node 5 gets both; its role ends at 2.5 s, but the first thread was given away at 2.1 s, to 6 from 2.2 s on."""
+    rows = [
+        (1.0, believes(4, 0)), (1.0, believes(3, 0, 1)), (1.0, leads(4)), (1.0, leads(3)),
+        (1.5, chooses(4, 5, 1)), (1.5, leads(5)), (1.5, leaves(4)),
+        (1.6, chooses(3, 5, 1, thread=1)), (1.6, leaves(3)),
+        (2.0, believes(5, 0)), (2.0, believes(5, 0, 1)),
+        (2.1, chooses(5, 6, 2)), (2.2, leads(6)),
+        (2.4, chooses(5, 7, 2, thread=1)), (2.45, leads(7)), (2.5, leaves(5)),
+        (9.0, END),
+    ]  # fmt: skip
+    assert figures_of(*rows)["two_leaders_s"] == pytest.approx(0.05)  # of the second thread, by nodes 5 and 7
+
+
+def test_a_thread_that_a_leader_is_to_get_besides_its_own() -> None:
+    """Node 5 gives the first thread to 6 while the second is on its way to it: from then on it leads the second alone."""
+    rows = [
+        (1.0, believes(5, 0)), (1.0, believes(3, 0, 1)), (1.0, leads(5)), (1.0, leads(3)),
+        (1.1, chooses(3, 4, 1, thread=1)),  # who does not answer
+        (1.2, chooses(3, 5, 1, thread=1)), (1.3, chooses(5, 6, 1)), (1.4, leads(6)), (1.5, leaves(3)),
+        (2.0, believes(5, 0, 1)), (2.0, believes(6, 0)),
+        (9.0, END),
+    ]  # fmt: skip
+    figures = figures_of(*rows)
+    assert figures["two_leaders_s"] == pytest.approx(0.3)  # of the second, from choice to acknowledgement
+    assert figures["belief_messages_astray"] == 0

@@ -81,6 +81,16 @@ EVENTS: list[tuple[Event, str, str]] = [
         "chooses",
         "n5 to lead track 2 next, by utility of n5 0.5, n4 0.25; belief as grid, 30 byte, loses 0.125 bit",
     ),
+    (
+        Belief(1, 2, 9, 0.0, 0.0, 5.0, 10, [3, 4], [0.5, 0.5], 1),
+        "believes",
+        "step 9 of track 2, thread 2: 2 cells, spread 2.5 m",
+    ),
+    (
+        Handoff(1, 2, 9, 5, [5], [0.5], "grid", 30, 0.0, 2),
+        "chooses",
+        "n5 to lead track 2, thread 3, next, by utility of n5 0.5; belief as grid, 30 byte",
+    ),
     (AlgorithmRecord(1, "phase", '{"n": 2}'), "notes", "phase: n 2"),
     (Log(0, 0, 2, "hello", "node 1", "", 0), "logs", "hello"),
 ]

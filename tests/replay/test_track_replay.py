@@ -108,3 +108,25 @@ def test_a_late_window_remembers_who_leads(tmp_path: Path) -> None:
     assert middles(late, "/map/leaders") == {2_500_000_000: [pytest.approx([10.0, 0.0])]}
     assert list(pictures(late)) == [2_500_000_000]
     assert list(timed(late["/map/handoffs"], "Arrows2D:vectors")) == [2_500_000_000]
+
+
+def test_threads_of_a_track_are_shown_beside_each_other(tmp_path: Path) -> None:
+    path = tmp_path / "threads.mcap"
+    with TraceWriter(path, {}) as writer:
+        writer.write(named_nodes("a", "b", "c"), 0)
+        writer.write(FieldInfo(20.0, 10.0, 0.0, 0.0), 0)
+        writer.write(TruthTargets([0], [3.0], [2.0]), 0)
+        for step in (1, 2):
+            for thread in (0, 1):
+                writer.write(Estimate(thread, 0, 3.0 + thread + step, 2.0, [], thread), step * S)
+                writer.write(Belief(thread, 0, step, 0.0, 0.0, 5.0, 4, [thread], [1.0], thread), step * S)
+                writer.write(Handoff(thread, 0, step, 2, [2], [0.5], "grid", 20, 0.0, thread), step * S)
+        writer.write(TruthTargets([0], [3.0], [2.0]), 3 * S)
+    rows = recording(path, tmp_path)
+    for name, off_m in (("0", 0.0), ("0_thread_2", 1.0)):
+        assert list(timed(rows[f"/map/beliefs/{name}"], "Image:buffer")) == [S, 2 * S]
+        errors = timed(rows[f"/plots/track/error_{name}"], "Scalars:scalars")
+        assert errors == {S: [pytest.approx(1.0 + off_m)], 2 * S: [pytest.approx(2.0 + off_m)]}
+        assert len(timed(rows[f"/map/estimates/{name}"], "Points2D:positions")) == 2
+    told = [text for _, _, text in log_of(rows)]
+    assert "b: hands track 0 thread 2 to c, chosen among 1 (20 byte)" in told

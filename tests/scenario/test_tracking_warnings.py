@@ -62,3 +62,27 @@ def test_odd_targets_and_microphones(tmp_path, track, sensor, more, words):
     warnings = list(scenario_warnings(load(tmp_path / "odd.yaml")))
     assert len(warnings) == len(words)
     assert all(word in warning for word, warning in zip(words, warnings, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ([], []),
+        (["problem.first_leader=none"], ["nobody ever begins a track"]),
+        (["problem.first_leader=none", "problem.watchdogs=all", "algorithm.robust=true"], []),
+        (["problem.reading_s=9"], ["there is no reading after time 0"]),
+        (["algorithm.sleep={}"], []),
+        (["algorithm.sleep={window_s: 0.49}"], ["algorithm.sleep: a window with its guard times is 0.5 s"]),
+        (["algorithm.sleep={}", "medium={type: log-distance}", "mac={type: lpl}"], ["sleep with mac lpl"]),
+        (["algorithm.threads=4"], []),  # the others of four nodes, 50 m apart: more than 40 m, so three by number
+        (["algorithm.threads=5"], ["algorithm.threads is 5, but", "no node has more than 3"]),
+        (["algorithm.threads=5", "nodes[0].placement.spacing_m=10"], ["no node has more than 3"]),
+        (["nodes[0].algorithm={type: idsq, threads: 9}"], ["nodes[0].algorithm.threads is 9"]),
+    ],
+)
+def test_settings_of_a_tracker_that_rarely_do_what_was_meant(tmp_path, overrides, words):
+    text = SCENARIO.replace("TRACK", GOOD).replace("SENSOR", "").replace("MORE", "")
+    (tmp_path / "odd.yaml").write_text(text, encoding="utf-8")
+    warnings = list(scenario_warnings(load(tmp_path / "odd.yaml", overrides)))
+    assert len(warnings) == bool(words)
+    assert all(word in warnings[0] for word in words)

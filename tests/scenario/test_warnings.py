@@ -81,3 +81,33 @@ def test_settings_without_effect(problem: str, algorithm: str, more: str, words:
     warnings = list(scenario_warnings(load(path)))
     assert len(warnings) == len(words)
     assert all(word in warning for word, warning in zip(words, warnings, strict=True))
+
+
+CRASH = "faults=[{type: role-crash, role: ROLE, at_s: 1}]"
+
+
+@pytest.mark.parametrize(
+    ("scenario", "role", "words"),
+    [
+        ("liu2002/tracking.yaml", "leader", []),
+        ("liu2002/tracking.yaml", "guard", []),
+        ("liu2002/tracking.yaml", "leeder", ["faults[0]", "the role `leeder`", "idsq takes `leader` or `guard`"]),
+        ("liu2002/central.yaml", "leader", ["central-bayes takes `centre`"]),
+        ("quickstart.yaml", "leader", ["csmp tells no roles"]),
+    ],
+)
+def test_crashes_of_roles_that_nobody_takes(scenario: str, role: str, words: list[str]) -> None:
+    loaded = load(Path("scenarios") / scenario, [CRASH.replace("ROLE", role)])
+    warnings = list(scenario_warnings(loaded))
+    assert len(warnings) == bool(words)
+    assert all(word in warnings[0] for word in words)
+
+
+def test_roles_of_own_algorithms_are_not_known(tmp_path: Path) -> None:
+    (tmp_path / "mine_with_roles.py").write_text(
+        "class Mine:\n    def run(self, node):\n        yield from ()\n", encoding="utf-8"
+    )
+    path = tmp_path / "odd.yaml"
+    text = SCENARIO.replace("EXTRA", "algorithm: {type: 'mine_with_roles:Mine'}")
+    path.write_text(text, encoding="utf-8")
+    assert not list(scenario_warnings(load(path, [CRASH.replace("ROLE", "boss")])))

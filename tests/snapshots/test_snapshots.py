@@ -30,7 +30,7 @@ def central(tmp_path_factory: pytest.TempPathFactory) -> TrackRun:
 
 def test_an_instant_is_that_of_the_last_belief(run: TrackRun) -> None:
     this = moment(run, 2 * HALF_S + 1)
-    now = this.tracks[0]
+    now = this.tracks[0, 0]
     assert (now.step.number, now.step.node) == (2, 2)
     assert now.choice is not None
     assert (now.choice.destination, list(now.choice.candidate)) == (3, [3, 0])
@@ -49,7 +49,7 @@ def test_the_arrow_goes_to_who_took_the_belief_in_the_end(tmp_path: Path) -> Non
 
 
 def test_an_old_belief_is_no_belief(run: TrackRun) -> None:
-    assert list(moment(run, 7 * HALF_S + 10 * HALF_S).tracks) == [0]
+    assert list(moment(run, 7 * HALF_S + 10 * HALF_S).tracks) == [(0, 0)]
     assert moment(run, 7 * HALF_S + 10 * HALF_S + 1).tracks == {}
 
 
@@ -99,6 +99,37 @@ def test_who_is_down_is_crossed_out(run: TrackRun) -> None:
     assert len(lines_of(axes, "D", look.AMPLITUDE)) == 2
 
 
+def with_lines(run: TrackRun, lines: list[tuple[int, int]]) -> TrackRun:
+    """The same run, in which every belief was that of several tracks and threads."""
+    return replace(
+        run,
+        steps=[replace(each, line=line) for each in run.steps for line in lines],
+        guesses=[replace(each, line=line) for each in run.guesses for line in lines],
+    )
+
+
+@pytest.mark.parametrize(
+    ("lines", "said", "names"),
+    [
+        ([(0, 0), (0, 1), (0, 2)], "3 threads", ["thread 1", "thread 2", "thread 3"]),
+        ([(70_000, 0), (9, 0)], "2 tracks", ["track 1", "track 2"]),
+        ([(7, 0), (9, 0), (9, 1)], "3 tracks", ["track 1, thread 1", "track 2, thread 1", "track 2, thread 2"]),
+    ],
+)
+def test_tracks_and_threads_are_named_and_have_curves_of_their_own(run: TrackRun, lines, said, names) -> None:
+    several = with_lines(run, lines)
+    figure = draw(several, [2 * HALF_S])
+    assert figure.axes[0].get_title(loc="right") == said
+    ordinals = range(1, len({track for track, _ in lines}) + 1)
+    on_map = [text.get_text() for text in figure.axes[0].texts if text.get_text()]
+    assert sorted(on_map) == [f"track {each}" for each in ordinals if len(ordinals) > 1]
+    curves = [line for line in figure.axes[-1].lines if str(line.get_label()).startswith("error")]
+    assert [line.get_label() for line in curves] == [f"error, {name}" for name in names]
+    assert all(list(line.get_data()[0]) == [step / 2 for step in range(8)] for line in curves)
+    assert len({line.get_color() for line in curves}) == len(lines)
+    assert moment(several, 2 * HALF_S).tracks[lines[-1]].trail_m == moment(run, 2 * HALF_S).tracks[0, 0].trail_m
+
+
 def test_an_outage_is_told_and_shaded(run: TrackRun) -> None:
     figure = draw(replace(run, outages_ns=[(2 * HALF_S, 3 * HALF_S)]), [2 * HALF_S, 3 * HALF_S])
     assert [axes.get_title(loc="right") for axes in figure.axes[:2]] == ["no leader, last c", "d leads, 1.2 m off"]
@@ -122,6 +153,23 @@ def test_the_curve_below_is_the_error_of_all_estimates(run: TrackRun) -> None:
     times_s, errors_m = curve.get_data()
     assert list(times_s) == [step / 2 for step in range(8)]
     assert list(errors_m)[1:] == pytest.approx([1.25] * 7)
+
+
+def test_what_is_beyond_the_scale_is_marked_at_its_end(run: TrackRun) -> None:
+    far = replace(run.guesses[3], place_m=(400.0, 17.5))
+    axes = draw(replace(run, guesses=[*run.guesses[:3], far, *run.guesses[4:]]), [HALF_S]).axes[-1]
+    (marks,) = (line for line in axes.lines if line.get_marker() == "^")
+    assert list(marks.get_xdata()) == [1.5]
+    assert max(marks.get_ydata()) < axes.get_ylim()[1] < 400.0
+
+
+def test_of_two_beliefs_in_a_cell_the_more_probable_one_counts(run: TrackRun) -> None:
+    steps = run.steps[2:4]
+    both = [replace(steps[0], line=(0, 1)), replace(steps[0], belief=steps[1].belief)]
+    (image,) = draw(replace(run, steps=both), [2 * HALF_S]).axes[0].get_images()
+    shown = image.get_array()
+    np.testing.assert_allclose(shown[2:4, 4:6], [[1.0, 1 / 3]] * 2)
+    assert shown.count() == 4
 
 
 def test_the_files_are_equal_each_time(run: TrackRun, tmp_path: Path) -> None:

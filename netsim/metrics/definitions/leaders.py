@@ -57,8 +57,8 @@ METRICS = (
             "leader_changes",
             "1",
             "",
-            "How often a node takes over a track from another one. The track of a leader is the one that it last "
-            "spoke of, or that was last handed to it.",
+            "How often a node takes over a track from another one. The track of a leader, and which of its redundant "
+            "threads, is the one that it last spoke of, or that was last handed to it.",
             LEADERS,
         ),
         (
@@ -77,8 +77,8 @@ METRICS = (
             "two_leaders_s",
             "s",
             "lower",
-            "How long a track has two leaders or more, sum over the tracks. From when a node gets the belief until "
-            "its predecessor knows that it did, both lead; redundant threads of one track count too.",
+            "How long a track has two leaders or more, sum over the tracks, where each of a track's redundant threads "
+            "counts as a track. From when a node gets the belief until its predecessor knows that it did, both lead.",
             LEADERS,
         ),
         ("two_leaders_longest_s", "s", "lower", "The longest such time; 0 without any.", LEADERS),
