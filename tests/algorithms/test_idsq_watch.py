@@ -1,6 +1,7 @@
 """Watchdogs begin tracks and end them; several tracks, several threads; outliers; sleep."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -141,6 +142,20 @@ def test_who_hears_the_target_but_not_the_leader_is_told_of_the_track_by_those_b
     assert set(alarms) == {1}
     assert set(repeated) == {2, 3}
     assert len(alarms) <= len(repeated) < 2 * len(alarms)  # one is quiet where it hears the other in time
+
+
+@pytest.mark.parametrize("repetition", [11, 15, 93])
+def test_a_leader_that_answers_an_alarm_does_not_outdo_its_hand_off(repetition):
+    """In these worlds the next leader raises an alarm while the belief is on its way to it."""
+    watching = ["algorithm.robust=true", "problem.watchdogs=all", "algorithm.watch={detection_amplitude: 1}"]
+    path = Path(__file__).parents[2] / "scenarios/liu2002/radio.yaml"
+    run = Run(load(path, [*watching, f"repetition={repetition}", "duration_s=1.4"]))
+    sent = [event for time_ns, event in run.of(MessageSent) if time_ns < S]
+    (handoff,) = [event for event in sent if event.kind == "handoff"]
+    assert any(event.kind == "detect" and event.source == handoff.destination for event in sent)
+    assert any(event.kind == "lead" and event.destination == handoff.destination for event in sent)
+    assert not run.records("stepped-down")
+    assert any(event.node == handoff.destination and time_ns > S for time_ns, event in run.of(Handoff))
 
 
 def test_watchdogs_need_claims(tmp_path):
