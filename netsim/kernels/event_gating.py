@@ -1,8 +1,8 @@
 """Which measurement can be of which event, and with what weight: the edges of a data association graph.
 
 With Gaussian predictions of the events' measurements, a pair is kept where the measurement is within a gate of the
-prediction (Bar-Shalom and Fortmann 1988, Tracking and Data Association; Oh 2010, section VI). Its weight is w_jk = alpha L(y_j | k), and a
-joint association has the product of its pairs' weights (Oh 2010, eq 8).
+prediction (Bar-Shalom and Fortmann 1988, Tracking and Data Association; Oh 2010, section VI). Its weight is
+w_jk = alpha L(y_j | k), and a joint association has the product of its pairs' weights (Oh 2010, eq 8).
 """
 
 import math
