@@ -5,14 +5,14 @@ approximates P_G(u is in no pair), the probability that a vertex stays alone, by
 
     Phi_G(u, t) = 1 / (1 + sum_{v in N(u)} w_uv Phi_{G without u}(v, t - 1)),   Phi(., 0) = 1                (eq 13)
 
-with w_uv = alpha L_uv. It is exact on a tree at its depth and anywhere at twice the smaller side. Even t are at or above the
-truth, odd t at or below, and both approach it, so that two neighbouring depths give a certified interval.
+with w_uv = alpha L_uv. It is exact on a tree at its depth, and anywhere from twice the smaller side. Even t are at or above
+the truth, odd t at or below, and both approach it, so that two neighbouring depths give a certified interval.
 
 Algorithm 1 walks along every path. Here what was computed once is kept: a factor depends only on what is left of the graph
 within t steps of its vertex, and many paths leave the same.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -23,6 +23,7 @@ from netsim.kernels.semiring import FloatArray
 Removed = int
 """A set of vertices as the bits of a whole number."""
 VertexOrder = Literal["measurements_first", "events_first", "few_neighbours_first", "many_neighbours_first"]
+Side = Literal["event", "measurement"]
 Estimator = Literal["literal", "two_factor", "normalised"]
 PairFunction = Callable[[int, int], float]
 
@@ -54,13 +55,19 @@ class DecayGraph:
 
     def __init__(self, weights: FloatArray) -> None:
         self.weights = np.asarray(weights, dtype=float)
-        self.measurements, self.events = self.weights.shape
+        self.measurements = int(self.weights.shape[0])
+        self.events = int(self.weights.shape[1])
         everything = range(self.measurements + self.events)
         self._edges = [tuple(self._edges_of(vertex)) for vertex in everything]
         self._balls = [[1 << vertex] for vertex in everything]
         self._known: dict[tuple[int, int, Removed], float] = {}
         self.operations = 0
         """Elementary operations so far: three for every term of a sum that was not already known, two for every sum."""
+
+    @property
+    def exact_depth(self) -> int:
+        """No path is longer: measurements and events alternate on it, so that deeper factors are the same."""
+        return 2 * min(self.measurements, self.events)
 
     def event(self, number: int) -> int:
         """The vertex of an event."""
@@ -111,6 +118,7 @@ class DecayGraph:
     def _factor(self, vertex: int, depth: int, removed: Removed) -> float:
         if depth == 0:
             return 1.0
+        depth = min(depth, self.exact_depth)
         key = vertex, depth, removed & self.ball(vertex, depth)
         known = self._known.get(key)
         if known is None:
@@ -135,7 +143,7 @@ def mask(vertices: Iterable[int]) -> Removed:
     return bits
 
 
-def members(bits: Removed) -> Iterable[int]:
+def members(bits: Removed) -> Iterator[int]:
     """The vertices of a set, ascending."""
     while bits:
         lowest = bits & -bits
@@ -193,49 +201,49 @@ def literal(graph: DecayGraph, depth: int, order: Sequence[int]) -> FloatArray:
     return _each_pair(graph, lambda j, k: literal_pair(graph, j, k, depth, order))
 
 
-def two_factor(graph: DecayGraph, depth: int, first: Literal["event", "measurement"] = "event") -> FloatArray:
-    """w_uv Phi_G(u, t) Phi_{G without u}(v, t): the chains that differ only in the pair itself, shape (N, K).
+def two_factor(graph: DecayGraph, depth: int, first: Side = "event") -> FloatArray:
+    """Every pair's `two_factor_pair`, shape (N, K)."""
+    return _each_pair(graph, lambda j, k: two_factor_pair(graph, j, k, depth, first))
+
+
+def two_factor_pair(graph: DecayGraph, measurement: int, event: int, depth: int, first: Side = "event") -> float:
+    """w_uv Phi_G(u, t) Phi_{G without u}(v, t): of the chains only the pair itself is left.
 
     Exact as t grows, since P(u and v are a pair) = w_uv Z(G without u, v) / Z(G). Even depths are at or above the truth and
     odd ones at or below, and both approach it.
 
     Args:
         graph: The graph.
+        measurement: Row of the weights.
+        event: Column of the weights.
         depth: t.
         first: Which end of the pair u is.
     """
-
-    def pair(j: int, k: int) -> float:
-        u, v = (graph.event(k), j) if first == "event" else (j, graph.event(k))
-        return float(graph.weights[j, k]) * graph.chain(Chain((u, v)), depth)
-
-    return _each_pair(graph, pair)
+    ends = measurement, graph.event(event)
+    pair = Chain(ends if first == "measurement" else ends[::-1])
+    return float(graph.weights[measurement, event]) * graph.chain(pair, depth)
 
 
-def normalised(graph: DecayGraph, depth: int, side: Literal["event", "measurement"] = "event") -> FloatArray:
-    """w_uv Phi_{G without u}(v, t) / (1 + sum_v' w_uv' Phi_{G without u}(v', t)): sums to one with u alone, shape (N, K).
+def normalised(graph: DecayGraph, depth: int, side: Side = "event") -> FloatArray:
+    """Every pair's `normalised_pair`, shape (N, K)."""
+    return _each_pair(graph, lambda j, k: normalised_pair(graph, j, k, depth, side))
+
+
+def normalised_pair(graph: DecayGraph, measurement: int, event: int, depth: int, side: Side = "event") -> float:
+    """w_uv Phi_{G without u}(v, t) / (1 + sum_v' w_uv' Phi_{G without u}(v', t)): sums to one with u alone.
 
     Args:
         graph: The graph.
+        measurement: Row of the weights.
+        event: Column of the weights.
         depth: t of the factors.
-        side: What u is: with `event` the columns sum to one with a missed detection, with `measurement` the rows with a false
-            alarm.
+        side: What u is: with `event` the columns sum to one with a missed detection, with `measurement` the rows with a
+            false alarm.
     """
-    found = np.zeros(graph.weights.shape)
-    for u in range(graph.measurements, graph.measurements + graph.events) if side == "event" else range(graph.measurements):
-        others = graph.neighbours(u)
-        line = found[:, u - graph.measurements] if side == "event" else found[u]
-        numbers = np.array(others, dtype=int) - (0 if side == "event" else graph.measurements)
-        weights = graph.weights[numbers, u - graph.measurements] if side == "event" else graph.weights[u, numbers]
-        factors = np.array([graph.factor(v, depth, (u,)) for v in others])
-        line[numbers] = share(weights, factors)
-    return found
-
-
-def share(weights: FloatArray, factors: FloatArray) -> FloatArray:
-    """The normalised estimator of one vertex's pairs, from their weights and factors, shape (pairs,)."""
-    terms = weights * factors
-    return np.asarray(terms / (1.0 + terms.sum()))
+    ends = measurement, graph.event(event)
+    u, v = ends if side == "measurement" else ends[::-1]
+    terms = {other: weight * graph.factor(other, depth, (u,)) for other, weight in graph.edges(u)}
+    return terms[v] / (1.0 + sum(terms.values()))
 
 
 def certified_interval(graph: DecayGraph, depth: int) -> tuple[FloatArray, FloatArray]:

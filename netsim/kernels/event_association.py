@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from netsim.kernels.event_gating import gated_weights, gate_radius_m
+from netsim.kernels.event_gating import gated_weights
 from netsim.kernels.semiring import FloatArray
 
 MeasurementId = tuple[int, int]
@@ -42,10 +42,10 @@ class EventModel:
     @property
     def reach_m(self) -> float:
         """No measurement farther from an event's predicted position than this can be of it."""
-        return gate_radius_m(self.covariance, self.gate)
+        return float(np.sqrt(self.gate * np.linalg.eigvalsh(self.covariance)[-1]))
 
     def weights(self, measurements_m: FloatArray, predicted_m: FloatArray) -> FloatArray:
-        """alpha L_jk of every gated pair, zero for others, shape (N, K) (Oh 2010, eq 8)."""
+        """Alpha L_jk of every gated pair, zero for others, shape (N, K) (Oh 2010, eq 8)."""
         return gated_weights(
             measurements_m,
             predicted_m,
@@ -130,7 +130,7 @@ class EventAssociationInstance:
 
     @property
     def weights(self) -> FloatArray:
-        """alpha L_jk, shape (N, K)."""
+        """Alpha L_jk, shape (N, K)."""
         return self.model.weights(self.measurements_m, self.predicted_m)
 
     def to_json(self) -> str:

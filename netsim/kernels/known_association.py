@@ -6,8 +6,9 @@ from the recursion of Oh 2010, eq 13, taken for both ends of an interval:
 
     upper(u, t) = 1 / (1 + sum_v w_uv lower(v, t - 1)),   lower(u, t) = 1 / (1 + sum_v w_uv upper(v, t - 1)),
 
-with upper(., 0) = 1 and lower(., 0) = 0; and lower(u, .) = 0 where u may have edges that are not known, as every further edge
-makes Phi smaller and nothing bounds their number. Where everything is known these are Phi at the last even and odd depths.
+with upper(., 0) = 1 and lower(., 0) = 0; and lower(u, .) = 0 where u may have edges that are not known, as every further
+edge makes Phi smaller and nothing bounds their number. Where everything is known these are Phi at the last even and odd
+depths.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -159,8 +160,9 @@ class DecayInterval:
     def pair(self, measurement: int, event: int, depth: int) -> tuple[float, float]:
         """Bounds of the pair's probability, from either end; the better ones count.
 
-        beta_uv = w_uv P(v) / (1 + sum_v' w_uv' P(v')), P(v) = P_{G without u}(v is in no pair), rises with P(v) and falls
-        with all the others. It is never wider than w_uv Phi_G(u, t + 1) Phi_{G without u}(v, t), in which P(v) appears twice.
+        beta_uv = w_uv P(v) / (1 + sum_v' w_uv' P(v')), P(v) = P_{G without u}(v is in no pair), rises with P(v) and
+        falls with all the others. It is never wider than the two-factor form w_uv Phi_G(u, t + 1) Phi_{G without u}(v, t),
+        in which P(v) appears twice.
 
         Args:
             measurement: Row of the weights.

@@ -88,7 +88,7 @@ def count_matchings(weights: FloatArray) -> int:
 
 
 def log_partition(weights: FloatArray) -> float:
-    """log Z(G), the sum of all association events' weights (Oh 2010, eq 9).
+    """Log Z(G), the sum of all association events' weights (Oh 2010, eq 9).
 
     Raises:
         ScenarioError: When it is out of reach.
@@ -155,8 +155,8 @@ def _with_row(table: Table, row: Table) -> Table:
     """Sums over the ways in which the rows so far take exactly a set of columns, with one more row."""
     grown = table.copy()
     for column in np.flatnonzero(row):
-        free, _ = _halves(table, column)
-        _, taken = _halves(grown, column)
+        free, _ = _halves(table, int(column))
+        _, taken = _halves(grown, int(column))
         taken += row[column] * free
     return grown
 
@@ -165,8 +165,8 @@ def _before_row(later: Table, row: Table) -> Table:
     """Sums over what a row and those after it may do when a set of columns is taken already."""
     grown = later.copy()
     for column in np.flatnonzero(row):
-        _, taken = _halves(later, column)
-        free, _ = _halves(grown, column)
+        _, taken = _halves(later, int(column))
+        free, _ = _halves(grown, int(column))
         free += row[column] * taken
     return grown
 
@@ -184,8 +184,8 @@ def _tall_probabilities(block: FloatArray) -> FloatArray:
         with_row = _before_row(later, row)
         total = float(before @ with_row)
         for column in np.flatnonzero(row):
-            free, _ = _halves(before, column)
-            _, taken = _halves(later, column)
+            free, _ = _halves(before, int(column))
+            _, taken = _halves(later, int(column))
             found[number, column] = row[column] * float((free * taken).sum()) / total
         later = with_row / with_row.max()
     return found
