@@ -12,10 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from netsim.kernels.event_gating import require_weights
+from netsim.kernels.matchings import components
 from netsim.kernels.semiring import FloatArray
 
 
@@ -136,10 +135,5 @@ def exact_depth(weights: FloatArray) -> int:
     Args:
         weights: Shape (N, K).
     """
-    w = require_weights(weights)
-    rows, columns = w.shape
-    j, k = np.nonzero(w)
-    graph = csr_array((np.ones(len(j)), (j, rows + k)), shape=(rows + columns, rows + columns))
-    count, label = connected_components(graph, directed=False)
-    sides = np.minimum(np.bincount(label[:rows], minlength=count), np.bincount(label[rows:], minlength=count))
-    return 2 * int(sides.max(initial=0))
+    sides = (min(len(part.measurements), len(part.events)) for part in components(require_weights(weights)))
+    return 2 * max(sides, default=0)

@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from matching_enumeration import matchings, partition, probabilities
 from scipy.stats import multivariate_normal
 
+from netsim.kernels.consistency import nees
 from netsim.kernels.event_gating import gated_weights
 from netsim.kernels.jpda import gaussian_predict, jpda_update, jpda_updates, predict_measurement
+from netsim.kernels.matchings import association_probabilities
 
 H = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
 R = np.array([[0.3, 0.1], [0.1, 0.4]])
@@ -114,6 +116,36 @@ def test_a_covariance_stays_one_when_measurements_are_exact(seed, exponent):
     _, found = jpda_update(mean, covariance, y, H, R * 10.0**-exponent, beta)
     assert np.array_equal(found, found.T)
     assert np.linalg.eigvalsh(found).min() > 0.0
+
+
+def nees_of_drawn_worlds(runs, assumed_detection):
+    """Of two targets close together, drawn from the priors, seen with p_d = 0.7 among 0.3 false alarms a square metre."""
+    rng = np.random.default_rng(8)
+    means, covariances = np.array([[0.0, 0.0], [1.0, 0.5]]), np.array([[[1.0, 0.3], [0.3, 0.6]], 0.7 * np.eye(2)])
+    roots, noise, half_m = np.linalg.cholesky(covariances), np.linalg.cholesky(R), 6.0
+    places, spreads = predict_measurement(means, covariances, np.eye(2), R)
+    found = []
+    for _ in range(runs):
+        x = means + (roots @ rng.standard_normal((2, 2, 1)))[..., 0]
+        seen = (x + rng.standard_normal((2, 2)) @ noise.T)[rng.random(2) < 0.7]
+        false = rng.uniform(-half_m, half_m, (rng.poisson(0.3 * (2.0 * half_m) ** 2), 2))
+        y = np.vstack([seen, false])
+        weights = gated_weights(y, places, spreads, 16.0, assumed_detection, 0.3)
+        m, p = jpda_updates(means, covariances, y, np.eye(2), R, association_probabilities(weights))
+        found.append(sum(nees(x[k] - m[k], p[k]) for k in range(2)))
+    return np.array(found)
+
+
+@pytest.mark.slow
+def test_errors_are_as_large_as_the_covariances_say():
+    """The mean NEES given any measurements is the number of dimensions, though errors are far from normal; and a tracker
+    that takes detection for nearly certain is found out.
+    """
+    deviations = []
+    for assumed_detection in (0.7, 0.98):
+        found = nees_of_drawn_worlds(5000, assumed_detection)
+        deviations.append((found.mean() - 4.0) / (found.std() / math.sqrt(len(found))))
+    assert abs(deviations[0]) < 4.0 < deviations[1]
 
 
 def test_prediction_matches_samples_and_works_for_several_targets():
