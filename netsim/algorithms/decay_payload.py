@@ -4,8 +4,9 @@ A report: number of events (1 byte), then each event (number and owner, 2 bytes 
 (number, 1 byte, and position). An empty report has no bytes. Where floats are narrowed, the owner computes with what the
 others get.
 
-A request for factors: its number (4 bytes), number of removed vertices (2 bytes), then removed vertices and the list, each
-vertex of 5 bytes: kind (1 byte), owner (2 bytes), number (2 bytes). The answer: the request's number and the product.
+A request for factors: its number (4 bytes), depth (2 bytes), number of removed vertices (2 bytes), then removed vertices and
+the list, each vertex of 5 bytes: kind (1 byte), owner (2 bytes), number (2 bytes). The answer: the request's number and the
+product.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,7 @@ from netsim.kernels.semiring import FloatArray
 _COUNT = Record("B")
 _EVENT = Record("HH")
 _NUMBER = Record("B")
-_REQUEST = Record("IH")
+_REQUEST = Record("IHH")
 _VERTEX = Record("BHH")
 _ANSWER = Record("I")
 _MOST = 255
@@ -46,6 +47,11 @@ class VertexName:
 def narrowed(points_m: FloatArray, width: FloatWidth) -> FloatArray:
     """Positions as those decode them who are told of them, shape (n, 2)."""
     return decode_floats(encode_floats(points_m.ravel(), width), width).reshape(-1, 2)
+
+
+def rounding_m(place_m: tuple[float, float], width: FloatWidth) -> float:
+    """How far a position may have been, at most, from where those see it who are told of it."""
+    return float(np.finfo(width).eps) * (1.0 + abs(place_m[0]) + abs(place_m[1]))
 
 
 def encode_report(report: SensorReport, width: FloatWidth) -> bytes:
@@ -91,11 +97,13 @@ class FactorRequest:
 
     Attributes:
         number: Its number at the node that sends it.
+        depth: Levels of the recursion that it asks for, t, at most 65,535.
         removed: What is removed from the graph so far (U), carried whole.
         vertices: The rest of the list; the receiver owns the first.
     """
 
     number: int
+    depth: int
     removed: tuple[VertexName, ...]
     vertices: tuple[VertexName, ...]
 
@@ -103,16 +111,16 @@ class FactorRequest:
 def encode_request(request: FactorRequest) -> bytes:
     """A request as it goes over the air."""
     names = (*request.removed, *request.vertices)
-    head = _REQUEST.pack(request.number, len(request.removed))
+    head = _REQUEST.pack(request.number, request.depth, len(request.removed))
     return head + b"".join(_VERTEX.pack(name.is_event, name.owner, name.number) for name in names)
 
 
 def decode_request(data: bytes) -> FactorRequest:
     """The inverse of `encode_request`."""
-    number, removed = _REQUEST.unpack(data)
+    number, depth, removed = _REQUEST.unpack(data)
     offsets = range(_REQUEST.size_byte, len(data), _VERTEX.size_byte)
     names = tuple(_name(_VERTEX.unpack(data, offset)) for offset in offsets)
-    return FactorRequest(number, names[:removed], names[removed:])
+    return FactorRequest(number, depth, names[:removed], names[removed:])
 
 
 def _name(fields: Sequence[int]) -> VertexName:

@@ -65,7 +65,7 @@ class Flooded:
     """What a flood brought.
 
     Attributes:
-        reports: By node, the own one included.
+        reports: By node, the own one included if there is one.
         passed_on: Reports sent, in all bundles, the own one included; a bundle sent again on request does not count.
         given_up: Partners that were silent for a whole round.
     """
@@ -93,21 +93,21 @@ class FloodRounds:
         self._heard_in: dict[int, int] = {}
         """Least round of the bundles in which each report came that is not passed on yet."""
 
-    def run(self, own: bytes) -> Op[Flooded]:
+    def run(self, own: bytes | None) -> Op[Flooded]:
         """Flood, with all rounds; then go on answering those who ask, until the node ends.
 
         Args:
-            own: The node's own report, at most 65,535 bytes.
+            own: The node's own report, at most 65,535 bytes; None for a node that has none and passes on those of others.
 
         Raises:
             AlgorithmError: For a report that is too long.
         """
-        if len(own) > _LONGEST:
+        if own is not None and len(own) > _LONGEST:
             message = f"a report of {len(own)} bytes: at most {_LONGEST} can be flooded"
             raise AlgorithmError(message)
         node, spread_ns = self._node, self._settings.spread_ns
-        flooded = Flooded({node.id: own})
-        self._heard_in = {node.id: 0}
+        flooded = Flooded({} if own is None else {node.id: own})
+        self._heard_in = dict.fromkeys(flooded.reports, 0)
         if spread_ns:
             yield from node.pause(int(node.rng("flood").random() * spread_ns))
         for number in range(1, self._settings.hops + 1):
