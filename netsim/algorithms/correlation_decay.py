@@ -8,6 +8,7 @@ What the processor is charged for: the recursions' sums (see `DecayGraph.operati
 weights of the pairs it knows, 20 operations each. Not charged: encoding and decoding.
 """
 
+import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
@@ -115,7 +116,10 @@ class _Sensor:
             self._take(source, data)
 
     def _take(self, source: int, data: bytes) -> None:
-        self._reports[source] = decode_report(source, data, self._parameters.payload)
+        try:
+            self._reports[source] = decode_report(source, data, self._parameters.payload)
+        except (ValueError, struct.error) as error:
+            self._node.log(f"a report of node {source} that cannot be read: {error}")
 
     def _answer_asks(self) -> Op[None]:
         while True:

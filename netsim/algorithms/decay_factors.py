@@ -8,6 +8,7 @@ stays without any sign of life is sent again; after some times the node stands i
 itself, and from then on until it hears from that owner.
 """
 
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -35,6 +36,14 @@ def charge(node: NodeHandle, operations: int) -> Op[None]:
         yield from node.compute(operations)
     except NoEnergyError:
         node.log("too little energy to compute: it is charged to nobody")
+
+
+def _number_of(answer: Message) -> int | None:
+    """The number of the request that is answered; None where that cannot be read."""
+    try:
+        return decode_answer(answer.payload)[0]
+    except (ValueError, struct.error):
+        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +135,7 @@ class Factors:
         self.requests += 1
 
         def is_ours(message: Message) -> bool:
-            return message.source == owner and decode_answer(message.payload)[0] == number
+            return message.source == owner and _number_of(message) == number
 
         silences = 0
         while silences < _ATTEMPTS:
@@ -141,7 +150,11 @@ class Factors:
 
     def serve(self, request: Message) -> None:
         """Begin to work on another node's request; one that came before is answered again, or with a sign of life."""
-        number = decode_request(request.payload).number
+        try:
+            number = decode_request(request.payload).number
+        except (ValueError, struct.error) as error:
+            self._node.log(f"a request of node {request.source} that cannot be read: {error}")
+            return
         key = request.source, number
         self._silent.discard(request.source)
         if key not in self._served:

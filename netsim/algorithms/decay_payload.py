@@ -74,11 +74,20 @@ def encode_report(report: SensorReport, width: FloatWidth) -> bytes:
 
 
 def decode_report(node: int, data: bytes, width: FloatWidth) -> SensorReport:
-    """The inverse of `encode_report`."""
+    """The inverse of `encode_report`.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
     if not data:
         return SensorReport(node, (), np.empty((0, 2)), ())
     (events,), offset = _COUNT.unpack(data), _COUNT.size_byte
     place_byte = size_byte(2, width)
+    events_byte = offset + events * (_EVENT.size_byte + place_byte)
+    if len(data) < events_byte or (len(data) - events_byte) % (_NUMBER.size_byte + place_byte):
+        message = f"a report of {len(data)} bytes, which is not one of {events} events and some measurements"
+        raise ValueError(message)
     found, numbers, points = [], [], []
     for _ in range(events):
         event, owner = _EVENT.unpack(data, offset)
@@ -116,10 +125,18 @@ def encode_request(request: FactorRequest) -> bytes:
 
 
 def decode_request(data: bytes) -> FactorRequest:
-    """The inverse of `encode_request`."""
+    """The inverse of `encode_request`.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
     number, depth, removed = _REQUEST.unpack(data)
     offsets = range(_REQUEST.size_byte, len(data), _VERTEX.size_byte)
     names = tuple(_name(_VERTEX.unpack(data, offset)) for offset in offsets)
+    if len(names) <= removed:
+        message = f"a request for factors with {removed} vertices removed names {len(names)} in all"
+        raise ValueError(message)
     return FactorRequest(number, depth, names[:removed], names[removed:])
 
 
@@ -134,6 +151,12 @@ def encode_answer(number: int, product: float) -> bytes:
 
 
 def decode_answer(data: bytes) -> tuple[int, float]:
-    """The inverse of `encode_answer`."""
+    """The inverse of `encode_answer`.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
     (number,) = _ANSWER.unpack(data)
-    return number, float(decode_floats(data[_ANSWER.size_byte :], "float64")[0])
+    (product,) = decode_floats(data[_ANSWER.size_byte :], "float64").tolist()
+    return number, product
