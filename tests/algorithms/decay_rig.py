@@ -20,23 +20,23 @@ from netsim.rng import Streams
 from netsim.testing import DROP, ScriptedMedium, delay, duplicate, run_algorithm
 from netsim.trace.events import AlgorithmRecord, PairProbabilities
 
-FIELD_M = (0.0, 0.0, 40.0, 40.0)
-SENSORS = 7
-WHOLE = 6
+LENGTH_M, WIDTH_M = 100.0, 20.0
+SENSORS = 8
+WHOLE = 7
 """Hops that reach everybody there is a way to."""
 PROBLEM = EventAssociationParameters(
-    events=DrawnEvents(count=4),
-    measurements=UniformMeasurements(count=9),
-    sensing_radius_m=9.0,
-    covariance_m2=(30.0, 8.0, 20.0),
+    events=DrawnEvents(count=6),
+    measurements=UniformMeasurements(count=14),
+    sensing_radius_m=10.0,
+    covariance_m2=(40.0, 8.0, 25.0),
     false_alarm_density_per_m2=0.01,
 )
 
 
 def problem(seed, parameters=PROBLEM, away_m=0.0):
-    """A problem of seven sensors; the field's corner is `away_m` from the origin, along both axes."""
-    corner, field_m = np.array([away_m, away_m]), (away_m, away_m, away_m + 40.0, away_m + 40.0)
-    places_m = corner + np.random.default_rng(seed).uniform(0.0, 40.0, (SENSORS, 2))
+    """A problem of eight sensors in a long field, whose corner is `away_m` from the origin along both axes."""
+    field_m = (away_m, away_m, away_m + LENGTH_M, away_m + WIDTH_M)
+    places_m = np.random.default_rng(seed).uniform(field_m[:2], field_m[2:], (SENSORS, 2))
     sensors_m = {10 + number: tuple(place) for number, place in enumerate(places_m.tolist())}
     return build(parameters, sensors_m, field_m, Streams(seed))
 
