@@ -120,7 +120,7 @@ def test_a_dead_owner_is_stood_in_for_and_no_more_asked_once_it_was_silent():
     is_algorithm_2(scene, found)
     given_up_ns = {}
     for time_ns, event in found.run.of(Log):
-        if f"node {dead} does not answer" in event.msg:
+        if f"node {dead} does not answer" in event.message:
             given_up_ns.setdefault(event.name, time_ns)
     begun_ns = {}
     for source, number, time_ns in asked:
