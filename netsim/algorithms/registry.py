@@ -11,6 +11,8 @@ from netsim.algorithms.central_bayes import CentralBayes
 from netsim.algorithms.central_bayes_parameters import CentralBayesParameters
 from netsim.algorithms.central_map import CentralMap, CentralMapParameters
 from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsParameters
+from netsim.algorithms.correlation_decay import CorrelationDecay
+from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters
 from netsim.algorithms.idsq import Idsq
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.independent import Independent, IndependentParameters
@@ -34,6 +36,7 @@ GRAPHICAL = ("association", "factor-graph", "target-distribution")
 """Problems with a graphical model."""
 
 LIU_2002 = "Liu, Reich, Zhao, EURASIP J. Applied Signal Processing 2003:4 (2003) 378-391, manuscript of 2002"
+OH_2010 = "Oh, A distributed deterministic approximation algorithm for data association, 2010"
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
 
 
@@ -144,6 +147,14 @@ SHIPPED: Mapping[str, Entry] = {
             ("tracking",),
             needs_sink=True,
             roles=("centre",),
+        ),
+        Entry(
+            "correlation-decay",
+            CorrelationDecayParameters,
+            CorrelationDecay,
+            "association probabilities with certified intervals, each sensor for its own measurements",
+            f"{OH_2010}, Algorithms 1 to 4",
+            ("event-association",),
         ),
         Entry(
             "neighbour-traffic",

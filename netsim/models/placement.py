@@ -1,7 +1,8 @@
 """Where nodes stand: generators of positions for a group of nodes, as parameters of a scenario.
 
 Random placements draw each node from its own stream, keyed by group and index: enlarging a group moves none of its
-nodes.
+nodes. The exception is a uniform placement that has to be connected: its group is drawn anew until it is, and a larger
+group may need another number of draws.
 """
 
 import math
@@ -67,6 +68,9 @@ class UniformPlacement:
     """Selects this placement."""
     count: PositiveInt
     """How many."""
+    connected_within_m: Positive | None = None
+    """Draw the whole group anew until it is connected, where nodes at most this far apart are neighbours (other groups do
+    not count); by default the first draw is kept. A group of another `count` may then stand elsewhere."""
 
 
 @parameters
@@ -121,7 +125,8 @@ def positions(
         The nodes in order of their index in the group.
 
     Raises:
-        ScenarioError: If the nodes of a Poisson-disk placement do not fit, or the CSV file is missing or wrong.
+        ScenarioError: If the nodes of a Poisson-disk placement do not fit, no draw of a uniform one is connected as it has
+            to be, or the CSV file is missing or wrong.
     """
     if isinstance(parameters, CsvPlacement):
         return read_nodes(base_dir / parameters.file)
@@ -136,7 +141,7 @@ def _points(parameters: PointPlacement, field_m: FieldM, draws: "_Draws") -> lis
         case JitteredGridPlacement():
             return _jittered(_grid(parameters, field_m), parameters.jitter_sd_m, draws)
         case UniformPlacement():
-            return [_in_field(draws.of(index).random(2), field_m) for index in range(parameters.count)]
+            return _uniform(parameters, field_m, draws)
         case PoissonDiskPlacement():
             return _poisson_disk(parameters, field_m, draws)
         case ListedPlacement():
@@ -180,6 +185,36 @@ def _in_field(unit: NDArray[np.float64], field_m: FieldM) -> PointM:
     """A point of the unit square, stretched over the field."""
     x_m, y_m, width_m, height_m = field_m
     return x_m + width_m * float(unit[0]), y_m + height_m * float(unit[1])
+
+
+_MAX_GROUPS = 500
+"""Draws of a group before it is refused: what is connected in a draw of a hundred is found but for one time in 150."""
+
+
+def _uniform(parameters: UniformPlacement, field_m: FieldM, draws: _Draws) -> list[PointM]:
+    generators = [draws.of(index) for index in range(parameters.count)]
+    within_m = parameters.connected_within_m
+    for _ in range(_MAX_GROUPS):
+        points = [_in_field(generator.random(2), field_m) for generator in generators]
+        if within_m is None or _is_connected(np.array(points), within_m):
+            return points
+    text = (
+        f"group `{draws.group_name}`: expected {parameters.count} nodes that are connected within {within_m:g} m in a field "
+        f"of {field_m[2]:g} m by {field_m[3]:g} m, but none of {_MAX_GROUPS} draws of the group was: "
+        "raise `connected_within_m` or `count`, or make the field smaller"
+    )
+    raise ScenarioError(text)
+
+
+def _is_connected(points_m: NDArray[np.float64], within_m: float) -> bool:
+    """Whether every point is reached from the first in steps of at most a distance."""
+    to_visit, unreached_m = [points_m[0]], points_m[1:]
+    while to_visit and len(unreached_m):
+        offsets_m = unreached_m - to_visit.pop()
+        near = offsets_m[:, 0] ** 2 + offsets_m[:, 1] ** 2 <= within_m**2
+        to_visit.extend(unreached_m[near])
+        unreached_m = unreached_m[~near]
+    return not len(unreached_m)
 
 
 # Dart throwing jams when disks of half the distance cover 0.547 of the plane (random sequential adsorption); close to

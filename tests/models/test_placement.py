@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -84,6 +85,41 @@ def test_uniform_fills_the_field_evenly() -> None:
     assert inside(points)
     counts, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=5, range=[[10, 110], [-5, 55]])
     assert np.sum((counts - 80) ** 2 / 80) < 59.2
+
+
+def components_within(points: np.ndarray, within_m: float) -> int:
+    graph = nx.random_geometric_graph(len(points), within_m, pos=dict(enumerate(points.tolist())))
+    return int(nx.number_connected_components(graph))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 30), st.floats(30.0, 60.0), st.integers(0, 1000))
+def test_a_connected_group_is_connected_and_the_first_draw_is_kept_where_it_was(
+    count: int, within_m: float, seed: int
+) -> None:
+    first = place(UniformPlacement(count=count), seed)
+    connected = place(UniformPlacement(count=count, connected_within_m=within_m), seed)
+    assert inside(connected)
+    assert components_within(connected, within_m) == 1
+    assert np.array_equal(first, connected) == (components_within(first, within_m) == 1)
+
+
+def test_a_connected_group_is_the_same_with_the_same_seed() -> None:
+    """And all its nodes are drawn anew, not only some."""
+    parameters = UniformPlacement(count=100, connected_within_m=12.0)
+    again = [place(parameters, seed) for seed in range(4)]
+    assert all(np.array_equal(points, place(parameters, seed)) for seed, points in enumerate(again))
+    redrawn = [points != place(UniformPlacement(count=100), seed) for seed, points in enumerate(again)]
+    assert {bool(moved.all()) for moved in redrawn if moved.any()} == {True}
+
+
+def test_a_group_that_cannot_be_connected_is_refused() -> None:
+    message = (
+        r"group `field`: expected 12 nodes that are connected within 1 m in a field of 100 m by 60 m, but none of \d+ draws "
+        r".* raise `connected_within_m` or `count`"
+    )
+    with pytest.raises(ScenarioError, match=message):
+        place(UniformPlacement(count=12, connected_within_m=1.0))
 
 
 @settings(max_examples=25, deadline=None)
