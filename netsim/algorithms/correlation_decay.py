@@ -8,16 +8,17 @@ What the processor is charged for: the recursions' sums (see `DecayGraph.operati
 weights of the pairs it knows, 20 operations each. Not charged: encoding and decoding.
 """
 
-from collections.abc import Iterable, Sequence
+import struct
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters, TargetParameters
 from netsim.algorithms.decay_factors import FACTORS, Factors, NamedGraph, charge
-from netsim.algorithms.decay_payload import VertexName, decode_report, encode_report, narrowed
+from netsim.algorithms.decay_payload import VertexName, decode_report, encode_report, narrowed, rounding_m
 from netsim.algorithms.decay_record import Statistics, record_pairs
-from netsim.api import NodeHandle, NoEnergyError, Op
+from netsim.api import EnergyTask, NodeHandle, NoEnergyError, Op
 from netsim.codec import decode_floats, encode_floats
 from netsim.errors import AlgorithmError
 from netsim.kernels.correlation_decay import (
@@ -68,29 +69,30 @@ class _Sensor:
     ) -> None:
         self._node, self._knowledge, self._parameters = node, knowledge, parameters
         self._reports: dict[int, SensorReport] = {}
-        self._own = b""
+        self._own: bytes | None = None
+        self._factors = Factors(node, s_to_ns(parameters.request_s))
         self._statistics = Statistics()
 
     def run(self) -> Op[None]:
         node, parameters = self._node, self._parameters
+        node.spawn(self._serve())
         yield from self._measure()
-        yield from self._flood()
         node.spawn(self._answer_asks())
+        yield from self._flood()
         if parameters.target is not None:
             known, depth = yield from self._grow(parameters.target)
         else:
             known, depth = self._known(), parameters.depth
         names = _names(known)
-        factors = Factors(node, NamedGraph(known.graph, names), depth, s_to_ns(parameters.request_s))
-        node.spawn(_serve(node, factors))
+        self._factors.begin(NamedGraph(known.graph, names))
         pairs = self._pairs(known)
-        estimates = yield from self._estimates(known, pairs, depth, factors, {v: name for name, v in names.items()})
+        estimates = yield from self._estimates(known, pairs, depth, names)
         interval = DecayInterval(known.graph, known.incomplete)
         bounds = [interval.pair(j, k, depth) for j, k in pairs]
         yield from charge(node, interval.operations + _WEIGHT_OPERATIONS * known.graph.weights.size)
         record_pairs(node, self._knowledge.first_variable, known, pairs, estimates, bounds, depth)
         yield from node.pause_until(s_to_ns(parameters.until_s))
-        self._statistics.record(node, factors, known, pairs)
+        self._statistics.record(node, self._factors, known, pairs)
 
     def _measure(self) -> Op[None]:
         node, width = self._node, self._parameters.payload
@@ -98,7 +100,7 @@ class _Sensor:
             observation = yield from node.sense()
             points_m = narrowed(np.asarray(observation.values, dtype=float), width)
         except NoEnergyError:
-            points_m = np.empty((0, 2))
+            return  # it has nothing to report, which is not a report of no measurement
         events = [_narrowed_event(event, self._parameters) for event in self._knowledge.events]
         report = report_of(node.id, points_m, events, self._knowledge.model)
         self._reports[node.id] = report
@@ -114,18 +116,31 @@ class _Sensor:
             self._take(source, data)
 
     def _take(self, source: int, data: bytes) -> None:
-        self._reports[source] = decode_report(source, data, self._parameters.payload)
+        try:
+            self._reports[source] = decode_report(source, data, self._parameters.payload)
+        except (ValueError, struct.error) as error:
+            self._node.log(f"a report of node {source} that cannot be read: {error}")
 
     def _answer_asks(self) -> Op[None]:
         while True:
             message = yield from self._node.receive(kinds={ASK})
-            if message is not None:
+            if message is not None and self._own is not None:
                 self._node.send(message.source, REPORT, self._own, causes=[message])
+
+    def _serve(self) -> Op[None]:
+        while True:
+            message = yield from self._node.receive(kinds={FACTORS})
+            if message is not None:
+                self._factors.serve(message)
 
     def _known(self) -> KnownAssociation:
         events = {event.event: event for report in self._reports.values() for event in report.events}
-        observers = {number: self._knowledge.observers(event) for number, event in events.items()}
+        observers = {number: self._observers(event) for number, event in events.items()}
         return KnownAssociation.of(self._reports, observers, self._knowledge.model)
+
+    def _observers(self, event: PredictedEvent) -> tuple[int, ...]:
+        """All who may have a measurement of an event that one of them told of."""
+        return self._knowledge.observers(event, rounding_m((event.x_m, event.y_m), self._parameters.payload))
 
     def _pairs(self, known: KnownAssociation) -> list[Pair]:
         """Gated pairs of the node's own measurements."""
@@ -139,7 +154,7 @@ class _Sensor:
         with self._node.task("association", allowance_j=target.allowance_j) as task:
             while depth < self._parameters.depth and not task.is_short:
                 depth = min(depth + 2, self._parameters.depth)
-                known = yield from self._ask_within(known, depth, target, silent)
+                known = yield from self._ask_within(known, depth, target, silent, task)
                 interval, pairs = DecayInterval(known.graph, known.incomplete), self._pairs(known)
                 widths = [high - low for low, high in (interval.pair(j, k, depth) for j, k in pairs)]
                 yield from charge(self._node, interval.operations)
@@ -148,27 +163,29 @@ class _Sensor:
         return known, depth
 
     def _ask_within(
-        self, known: KnownAssociation, depth: int, target: TargetParameters, silent: set[int]
+        self, known: KnownAssociation, depth: int, target: TargetParameters, silent: set[int], task: EnergyTask
     ) -> Op[KnownAssociation]:
-        """Ask for what is missing of events less than `depth` steps from the node's own measurements."""
+        """Ask for what is missing of events within `depth` steps of the node's own measurements."""
         while True:
-            near = {vertex for j, _ in self._pairs(known) for vertex in members(known.graph.ball(j, depth - 1))}
+            near = {vertex for j, _ in self._pairs(known) for vertex in members(known.graph.ball(j, depth))}
             wanted = {
                 observer
                 for vertex in near & known.incomplete
-                for observer in self._knowledge.observers(known.events[vertex - known.graph.measurements])
+                for observer in self._observers(known.events[vertex - known.graph.measurements])
             }
             missing = wanted - self._reports.keys() - silent
-            if not missing:
+            if not missing or task.is_short:
                 return known
-            yield from self._ask(missing, target)
+            yield from self._ask(missing, target, task)
             silent |= missing - self._reports.keys()
             known = self._known()
 
-    def _ask(self, missing: Iterable[int], target: TargetParameters) -> Op[None]:
+    def _ask(self, missing: Iterable[int], target: TargetParameters, task: EnergyTask) -> Op[None]:
         """Ask sensors for their reports, those that do not answer again."""
         node, waiting = self._node, set(missing)
         for _ in range(target.ask_attempts):
+            if not waiting or task.is_short:
+                return
             node.multicast(sorted(waiting), ASK, b"", causes=())
             self._statistics.asked += len(waiting)
             end_ns = node.now_ns + s_to_ns(target.answer_s)
@@ -177,20 +194,13 @@ class _Sensor:
                 if message is not None:
                     self._take(message.source, message.payload)
                     waiting.discard(message.source)
-            if not waiting:
-                return
 
     def _estimates(
-        self,
-        known: KnownAssociation,
-        pairs: Sequence[Pair],
-        depth: int,
-        factors: Factors,
-        name_of: dict[int, VertexName],
+        self, known: KnownAssociation, pairs: Sequence[Pair], depth: int, names: Mapping[VertexName, int]
     ) -> Op[list[float]]:
         parameters, graph = self._parameters, known.graph
         if parameters.factors == "requests":
-            return (yield from _by_requests(known, pairs, self._listed(known, pairs), factors, name_of))
+            return (yield from self._by_requests(known, pairs, depth, names))
         if parameters.estimator == "literal":
             listed = self._listed(known, pairs)
             found = [literal_pair(graph, j, k, depth, listed) for j, k in pairs]
@@ -207,26 +217,22 @@ class _Sensor:
         order = vertex_order(known.graph, self._parameters.order)
         return [vertex for vertex in order if self._parameters.vertices == "known" or vertex in mine]
 
-
-def _by_requests(
-    known: KnownAssociation,
-    pairs: Sequence[Pair],
-    listed: Sequence[int],
-    factors: Factors,
-    name_of: dict[int, VertexName],
-) -> Op[list[float]]:
-    """The literal estimator, with each factor from the owner of its vertex (Algorithm 3, with Algorithm 4's requests)."""
-    found, whole = [], None
-    for j, k in pairs:
-        with_pair, without_pair = literal_chains(known.graph, j, k, listed)
-        if whole is None:  # the same for all pairs
-            whole = yield from factors.product((), [name_of[vertex] for vertex in with_pair.vertices])
-        rest = yield from factors.product(
-            [name_of[vertex] for vertex in sorted(without_pair.removed)],
-            [name_of[vertex] for vertex in without_pair.vertices],
-        )
-        found.append(literal_ratio(float(known.graph.weights[j, k]), whole, rest))
-    return found
+    def _by_requests(
+        self, known: KnownAssociation, pairs: Sequence[Pair], depth: int, names: Mapping[VertexName, int]
+    ) -> Op[list[float]]:
+        """The literal estimator, each factor from the owner of its vertex (Algorithm 3, with Algorithm 4's requests)."""
+        named, name_of = NamedGraph(known.graph, names), {vertex: name for name, vertex in names.items()}
+        listed, found, whole = self._listed(known, pairs), [], None
+        for j, k in pairs:
+            chains = literal_chains(known.graph, j, k, listed)
+            asked = [
+                ([name_of[v] for v in sorted(chain.removed)], [name_of[v] for v in chain.vertices]) for chain in chains
+            ]
+            if whole is None:  # the same for all pairs
+                whole = yield from self._factors.product(named, *asked[0], depth)
+            rest = yield from self._factors.product(named, *asked[1], depth)
+            found.append(literal_ratio(float(known.graph.weights[j, k]), whole, rest))
+        return found
 
 
 def _names(known: KnownAssociation) -> dict[VertexName, int]:
@@ -236,13 +242,6 @@ def _names(known: KnownAssociation) -> dict[VertexName, int]:
         {VertexName(True, event.owner, event.event): known.graph.event(k) for k, event in enumerate(known.events)}
     )
     return names
-
-
-def _serve(node: NodeHandle, factors: Factors) -> Op[None]:
-    while True:
-        message = yield from node.receive(kinds={FACTORS})
-        if message is not None:
-            factors.serve(message)
 
 
 def _narrowed_event(event: PredictedEvent, parameters: CorrelationDecayParameters) -> PredictedEvent:

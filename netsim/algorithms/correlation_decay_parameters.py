@@ -16,7 +16,8 @@ class FloodParameters:
     graph: Literal["sensing", "overlay"] = "overlay"
     """`sensing`: neighbours are sensors whose discs overlap, as in the paper; an edge between a measurement and an event may
     span several of them. `overlay`: sensors that may have measurements of the same event, in reach or not: `depth` / 2 hops
-    then bring all that a depth needs."""
+    (rounded up) then bring all that factors of that depth need, one more what the normalised estimator of side `event` and
+    the intervals need."""
     hops: Annotated[int, Ge(0), Le(255)] = 4
     """How many hops; 0 floods nothing."""
     round_s: Positive = 5.0
@@ -42,7 +43,8 @@ class TargetParameters:
     answer_s: Positive = 2.0
     """How long an answer is waited for."""
     allowance_j: Positive | None = None
-    """What the node may draw for it, listening included; by default there is no limit."""
+    """What the node may draw for it, listening included, before it stops asking and growing t; what it has begun, it
+    finishes: one question with its `answer_s`, and the intervals of one t. By default there is no limit."""
 
 
 @parameters
@@ -78,7 +80,9 @@ class CorrelationDecayParameters:
     """When nodes stop answering others, and the algorithm ends."""
     payload: FloatWidth = "float64"
     """Precision of positions on the air; products of factors are float64. All nodes compute with what `payload` leaves of a
-    measurement."""
+    measurement and of an event, and the certified intervals hold for the association problem of those: rounding moves
+    likelihoods, and pairs into and out of gates, so that against the exact probabilities of the measured positions
+    (`interval_misses`) narrow payloads may miss."""
 
     def __post_init__(self) -> None:
         """Refuse factors that nobody asks for."""

@@ -3,12 +3,14 @@
 A node multiplies the factors of the vertices it owns, as long as they stand first in the list, and sends the rest of the
 list, with all that is removed by then, to the owner of the next; the product comes back the way the request went. Requests
 are served side by side: a node that waits for an answer serves others, so that they cannot wait for each other in a circle.
-A request that stays without any sign of life is sent again; after some times the node stands in for the silent owner, with
-what it knows itself.
+Who does not know yet what its factors depend on, since its part of the flood goes on, says that it will. A request that
+stays without any sign of life is sent again; after some times the node stands in for the silent owner, with what it knows
+itself, and from then on until it hears from that owner.
 """
 
+import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from netsim.algorithms.decay_payload import (
     FactorRequest,
@@ -36,6 +38,14 @@ def charge(node: NodeHandle, operations: int) -> Op[None]:
         node.log("too little energy to compute: it is charged to nobody")
 
 
+def _number_of(answer: Message) -> int | None:
+    """The number of the request that is answered; None where that cannot be read."""
+    try:
+        return decode_answer(answer.payload)[0]
+    except (ValueError, struct.error):
+        return None
+
+
 @dataclass(frozen=True, eq=False)
 class NamedGraph:
     """What a node knows of the association graph, by names that all nodes share.
@@ -60,15 +70,16 @@ class Factors:
 
     Args:
         node: The node.
-        known: What it knows of the graph.
-        depth: t.
         request_ns: How long it waits for a sign of life.
     """
 
-    def __init__(self, node: NodeHandle, known: NamedGraph, depth: int, request_ns: int) -> None:
-        self._node, self._known, self._depth, self._request_ns = node, known, depth, request_ns
+    def __init__(self, node: NodeHandle, request_ns: int) -> None:
+        self._node, self._request_ns = node, request_ns
+        self._known: NamedGraph | None = None
         self._next = int(node.rng("factors").integers(_NUMBERS))  # other numbers than before a reboot
         self._served: dict[tuple[int, int], float | None] = {}
+        self._early: list[Message] = []
+        self._silent: set[int] = set()
         self.requests = 0
         """Requests sent, repetitions left out."""
         self.stood_in = 0
@@ -76,31 +87,55 @@ class Factors:
         self.most_open = 0
         """Most requests of others that were open at once."""
 
-    def product(self, removed: Sequence[VertexName], vertices: Sequence[VertexName]) -> Op[float]:
-        """prod_i Phi_{G without removed, v_1 .. v_{i-1}}(v_i, t), with the owners' help."""
-        product, gone, before = 1.0, list(removed), self._known.graph.operations
+    def begin(self, known: NamedGraph) -> None:
+        """From now on the node knows the graph; begin with what was asked before."""
+        self._known = known
+        for request in self._early:
+            self._node.spawn(self._work(known, request))
+        self._early.clear()
+
+    def product(
+        self, known: NamedGraph, removed: Sequence[VertexName], vertices: Sequence[VertexName], depth: int
+    ) -> Op[float]:
+        """prod_i Phi_{G without removed, v_1 .. v_{i-1}}(v_i, t), with the owners' help.
+
+        Args:
+            known: What the node knows of the graph.
+            removed: Missing vertices.
+            vertices: The list.
+            depth: t.
+        """
+        product, gone, before = 1.0, list(removed), known.graph.operations
         for index, name in enumerate(vertices):
             if name.owner != self._node.id:
-                yield from charge(self._node, self._known.graph.operations - before)
-                rest = yield from self._ask(name.owner, gone, vertices[index:])
+                yield from charge(self._node, known.graph.operations - before)
+                rest = yield from self._asked(name.owner, FactorRequest(0, depth, tuple(gone), tuple(vertices[index:])))
                 if rest is not None:
                     return product * rest
                 self.stood_in += 1
-                before = self._known.graph.operations
-            product *= self._known.factor(name, gone, self._depth)
+                before = known.graph.operations
+            product *= known.factor(name, gone, depth)
             gone.append(name)
-        yield from charge(self._node, self._known.graph.operations - before)
+        yield from charge(self._node, known.graph.operations - before)
         return product
 
-    def _ask(self, owner: int, removed: Sequence[VertexName], vertices: Sequence[VertexName]) -> Op[float | None]:
-        """The rest of a chain from the owner of its first vertex; None if it gives no sign of life."""
-        node, number = self._node, self._next
+    def _asked(self, owner: int, request: FactorRequest) -> Op[float | None]:
+        """The rest of a chain from the owner of its first vertex; None if it gives no sign of life, now or before."""
+        if owner in self._silent:
+            return None
+        product = yield from self._ask(owner, replace(request, number=self._next))
+        if product is None:
+            self._silent.add(owner)
+            self._node.log(f"node {owner} does not answer a request for factors: standing in for it")
+        return product
+
+    def _ask(self, owner: int, request: FactorRequest) -> Op[float | None]:
+        node, number, payload = self._node, request.number, encode_request(request)
         self._next += 1
         self.requests += 1
-        payload = encode_request(FactorRequest(number, tuple(removed), tuple(vertices)))
 
         def is_ours(message: Message) -> bool:
-            return message.source == owner and decode_answer(message.payload)[0] == number
+            return message.source == owner and _number_of(message) == number
 
         silences = 0
         while silences < _ATTEMPTS:
@@ -111,24 +146,30 @@ class Factors:
                 message = yield from node.receive(kinds={PRODUCT, WORKING}, match=is_ours, timeout_ns=self._request_ns)
             if message is not None:
                 return decode_answer(message.payload)[1]
-        node.log(f"node {owner} does not answer a request for factors: standing in for it")
         return None
 
     def serve(self, request: Message) -> None:
         """Begin to work on another node's request; one that came before is answered again, or with a sign of life."""
-        number = decode_request(request.payload).number
+        try:
+            number = decode_request(request.payload).number
+        except (ValueError, struct.error) as error:
+            self._node.log(f"a request of node {request.source} that cannot be read: {error}")
+            return
         key = request.source, number
+        self._silent.discard(request.source)
         if key not in self._served:
             self._served[key] = None
             self.most_open = max(self.most_open, sum(product is None for product in self._served.values()))
-            self._node.spawn(self._work(request))
-            return
+            if self._known is not None:
+                self._node.spawn(self._work(self._known, request))
+                return
+            self._early.append(request)
         product = self._served[key]
         kind = WORKING if product is None else PRODUCT
         self._node.send(request.source, kind, encode_answer(number, product or 0.0), causes=[request])
 
-    def _work(self, message: Message) -> Op[None]:
+    def _work(self, known: NamedGraph, message: Message) -> Op[None]:
         request = decode_request(message.payload)
-        product = yield from self.product(request.removed, request.vertices)
+        product = yield from self.product(known, request.removed, request.vertices, request.depth)
         self._served[message.source, request.number] = product
         self._node.send(message.source, PRODUCT, encode_answer(request.number, product), causes=[message])

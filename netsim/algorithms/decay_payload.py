@@ -4,8 +4,9 @@ A report: number of events (1 byte), then each event (number and owner, 2 bytes 
 (number, 1 byte, and position). An empty report has no bytes. Where floats are narrowed, the owner computes with what the
 others get.
 
-A request for factors: its number (4 bytes), number of removed vertices (2 bytes), then removed vertices and the list, each
-vertex of 5 bytes: kind (1 byte), owner (2 bytes), number (2 bytes). The answer: the request's number and the product.
+A request for factors: its number (4 bytes), depth (2 bytes), number of removed vertices (2 bytes), then removed vertices and
+the list, each vertex of 5 bytes: kind (1 byte), owner (2 bytes), number (2 bytes). The answer: the request's number and the
+product.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,7 @@ from netsim.kernels.semiring import FloatArray
 _COUNT = Record("B")
 _EVENT = Record("HH")
 _NUMBER = Record("B")
-_REQUEST = Record("IH")
+_REQUEST = Record("IHH")
 _VERTEX = Record("BHH")
 _ANSWER = Record("I")
 _MOST = 255
@@ -48,6 +49,11 @@ def narrowed(points_m: FloatArray, width: FloatWidth) -> FloatArray:
     return decode_floats(encode_floats(points_m.ravel(), width), width).reshape(-1, 2)
 
 
+def rounding_m(place_m: tuple[float, float], width: FloatWidth) -> float:
+    """How far a position may have been, at most, from where those see it who are told of it."""
+    return float(np.finfo(width).eps) * (1.0 + abs(place_m[0]) + abs(place_m[1]))
+
+
 def encode_report(report: SensorReport, width: FloatWidth) -> bytes:
     """A report as it goes over the air.
 
@@ -68,11 +74,20 @@ def encode_report(report: SensorReport, width: FloatWidth) -> bytes:
 
 
 def decode_report(node: int, data: bytes, width: FloatWidth) -> SensorReport:
-    """The inverse of `encode_report`."""
+    """The inverse of `encode_report`.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
     if not data:
         return SensorReport(node, (), np.empty((0, 2)), ())
     (events,), offset = _COUNT.unpack(data), _COUNT.size_byte
     place_byte = size_byte(2, width)
+    events_byte = offset + events * (_EVENT.size_byte + place_byte)
+    if len(data) < events_byte or (len(data) - events_byte) % (_NUMBER.size_byte + place_byte):
+        message = f"a report of {len(data)} bytes, which is not one of {events} events and some measurements"
+        raise ValueError(message)
     found, numbers, points = [], [], []
     for _ in range(events):
         event, owner = _EVENT.unpack(data, offset)
@@ -91,11 +106,13 @@ class FactorRequest:
 
     Attributes:
         number: Its number at the node that sends it.
+        depth: Levels of the recursion that it asks for, t, at most 65,535.
         removed: What is removed from the graph so far (U), carried whole.
         vertices: The rest of the list; the receiver owns the first.
     """
 
     number: int
+    depth: int
     removed: tuple[VertexName, ...]
     vertices: tuple[VertexName, ...]
 
@@ -103,16 +120,24 @@ class FactorRequest:
 def encode_request(request: FactorRequest) -> bytes:
     """A request as it goes over the air."""
     names = (*request.removed, *request.vertices)
-    head = _REQUEST.pack(request.number, len(request.removed))
+    head = _REQUEST.pack(request.number, request.depth, len(request.removed))
     return head + b"".join(_VERTEX.pack(name.is_event, name.owner, name.number) for name in names)
 
 
 def decode_request(data: bytes) -> FactorRequest:
-    """The inverse of `encode_request`."""
-    number, removed = _REQUEST.unpack(data)
+    """The inverse of `encode_request`.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
+    number, depth, removed = _REQUEST.unpack(data)
     offsets = range(_REQUEST.size_byte, len(data), _VERTEX.size_byte)
     names = tuple(_name(_VERTEX.unpack(data, offset)) for offset in offsets)
-    return FactorRequest(number, names[:removed], names[removed:])
+    if len(names) <= removed:
+        message = f"a request for factors with {removed} vertices removed names {len(names)} in all"
+        raise ValueError(message)
+    return FactorRequest(number, depth, names[:removed], names[removed:])
 
 
 def _name(fields: Sequence[int]) -> VertexName:
@@ -126,6 +151,12 @@ def encode_answer(number: int, product: float) -> bytes:
 
 
 def decode_answer(data: bytes) -> tuple[int, float]:
-    """The inverse of `encode_answer`."""
+    """The inverse of `encode_answer`.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
     (number,) = _ANSWER.unpack(data)
-    return number, float(decode_floats(data[_ANSWER.size_byte :], "float64")[0])
+    (product,) = decode_floats(data[_ANSWER.size_byte :], "float64").tolist()
+    return number, product

@@ -97,9 +97,14 @@ class EventAssociationKnowledge:
     sensing_neighbours: tuple[int, ...]
     overlay_neighbours: tuple[int, ...]
 
-    def observers(self, event: PredictedEvent) -> tuple[int, ...]:
-        """Sensors that may have a measurement of an event, ascending."""
-        reach_m = self.sensing_radius_m + self.model.reach_m
+    def observers(self, event: PredictedEvent, margin_m: float = 0.0) -> tuple[int, ...]:
+        """Sensors that may have a measurement of an event, ascending.
+
+        Args:
+            event: The event.
+            margin_m: How far it may be from where it is said to be.
+        """
+        reach_m = self.sensing_radius_m + self.model.reach_m + margin_m
         return tuple(
             node
             for node, (x_m, y_m) in sorted(self.sensors_m.items())

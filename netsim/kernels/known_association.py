@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from netsim.kernels.correlation_decay import DecayGraph, mask
 from netsim.kernels.event_association import EventModel, MeasurementId, PredictedEvent
@@ -58,6 +59,15 @@ def report_of(
     )
 
 
+def _reported(reports: Iterable[SensorReport], events: Sequence[PredictedEvent]) -> NDArray[np.bool_]:
+    """Which measurements may be of which events as their sensors say, shape (N, K).
+
+    Only where positions are narrowed on the air can a gate have more in it: what the sensor does not count, nobody does.
+    """
+    rows = [[event in report.events for event in events] for report in reports for _ in report.numbers]
+    return np.array(rows, dtype=bool).reshape(len(rows), len(events))
+
+
 def _positions(events: Iterable[PredictedEvent]) -> FloatArray:
     return np.array([(event.x_m, event.y_m) for event in events], dtype=float).reshape(-1, 2)
 
@@ -95,7 +105,7 @@ class KnownAssociation:
         events = {event.event: event for report in ordered for event in report.events}
         listed = tuple(events[number] for number in sorted(events))
         weights = model.weights(np.concatenate(points) if points else np.empty((0, 2)), _positions(listed))
-        graph = DecayGraph(weights)
+        graph = DecayGraph(np.where(_reported(ordered, listed), weights, 0.0))
         incomplete = frozenset(
             graph.event(column)
             for column, event in enumerate(listed)
@@ -139,6 +149,7 @@ class DecayInterval:
         """
         if depth == 0:
             return 0.0, 1.0
+        depth = min(depth, self._graph.exact_depth + 1)  # no deeper path, and both ends are the truth
         key = vertex, depth, removed & self._graph.ball(vertex, depth)
         if key not in self._known:
             self._known[key] = self._computed(vertex, depth, removed)

@@ -63,8 +63,9 @@ def require_within_reach(weights: FloatArray) -> None:
     """
     size = table_size(weights)
     if size > MOST_NUMBERS:
+        needed = f"{size:.3g}" if size < 1 << 1000 else f"2^{size.bit_length() - 1}"
         text = (
-            f"exact association probabilities need a table of {size:.3g} numbers, more than {MOST_NUMBERS:.3g}: "
+            f"exact association probabilities need a table of {needed} numbers, more than {MOST_NUMBERS:.3g}: "
             "use fewer events, or a narrower gate"
         )
         raise ScenarioError(text)

@@ -17,6 +17,8 @@ from netsim.trace.recorder import Handler
 
 ROUNDING = 1e-9
 """An exact probability this little outside an interval is in it."""
+_EXACT = 1 << 53
+_LARGEST = 10**308
 
 Told = Mapping[tuple[int, int], tuple[float, float, float]]
 """Probability, low and high of a measurement and an event."""
@@ -46,11 +48,11 @@ class PairError:
             for variable, each in self._told.items()
             for event, p, low, high in zip(each.event, each.probability, each.low, each.high, strict=True)
         }
-        pairs = int(np.count_nonzero(weights))
+        gated = set(zip(*(numbers.tolist() for numbers in np.nonzero(weights)), strict=True))
         return {
-            "gated_pairs": pairs,
-            "gated_pairs_told_share": len(told) / pairs if pairs else None,
-            "matchings": None if exact is None else count_matchings(weights),
+            "gated_pairs": len(gated),
+            "gated_pairs_told_share": len(gated & told.keys()) / len(gated) if gated else None,
+            "matchings": None if exact is None else _number(count_matchings(weights)),
             "pair_error_bp_linf": None if exact is None else _farthest(propagate(weights).probabilities, exact),
             **_errors(told, exact),
             **_widths(told),
@@ -96,6 +98,13 @@ def _exact(weights: FloatArray) -> FloatArray | None:
         return association_probabilities(weights)
     except ScenarioError:
         return None
+
+
+def _number(count: int) -> float | None:
+    """A count as tables can hold it: exactly below 2^53, rounded above, None where no float is as large."""
+    if count < _EXACT:
+        return count
+    return float(count) if count < _LARGEST else None
 
 
 def _farthest(found: FloatArray, exact: FloatArray) -> float:

@@ -94,9 +94,9 @@ class EventAssociationParameters:
     """Mean number of false measurements per area; the sensors compute with it."""
     ownership: Literal["nearest", "random"] = "nearest"
     """Which of the sensors whose discs a measurement lies in owns it."""
-    event_ownership: Literal["nearest", "most_measurements"] = "nearest"
-    """Which sensor answers for an event: the nearest to its prediction, or of those with gated measurements one with the
-    most (of equals, and where there is none, the nearest)."""
+    event_ownership: Literal["nearest", "random"] = "nearest"
+    """Which sensor answers for an event, agreed on before anybody measures: the nearest to its prediction, or any that may
+    have a measurement of it (the nearest where none may)."""
 
     def __post_init__(self) -> None:
         """Refuse what is no covariance."""
@@ -213,7 +213,8 @@ def build(
 ) -> EventAssociationProblem:
     """Draw a problem.
 
-    Events come from the stream `world/events`, measurements and who owns them from `world/measurements`.
+    Events come from the stream `world/events`, measurements from `world/measurements`, and who owns them, where that is
+    random, from the streams `owners` under these.
 
     Args:
         parameters: What to draw.
@@ -233,7 +234,7 @@ def build(
     owners = _owners(parameters, places, points_m, streams)
     order = np.lexsort((np.arange(len(owners)), owners))
     points_m, owners = points_m[order], owners[order]
-    events = _owned_events(parameters, places, events_m, points_m, owners)
+    events = _owned_events(parameters, places, events_m, streams)
     instance = EventAssociationInstance(tuple(owners.tolist()), points_m, events, parameters.model)
     return EventAssociationProblem(instance, places, parameters.sensing_radius_m, true_m)
 
@@ -293,20 +294,13 @@ def _owners(
 
 
 def _owned_events(
-    parameters: EventAssociationParameters,
-    places: PlacesM,
-    events_m: FloatArray,
-    points_m: FloatArray,
-    owners: np.ndarray[tuple[int], np.dtype[np.int64]],
+    parameters: EventAssociationParameters, places: PlacesM, events_m: FloatArray, streams: Streams
 ) -> tuple[PredictedEvent, ...]:
     nodes, distances = list(places), _distances(events_m, places)
-    is_gated = parameters.model.weights(points_m, events_m) > 0
-    found = []
-    for event, (x_m, y_m) in enumerate(events_m.tolist()):
-        mine = owners[is_gated[:, event]]
-        counts = [-int((mine == node).sum()) for node in nodes]
-        if parameters.event_ownership == "nearest":
-            counts = [0] * len(nodes)
-        best = min(range(len(nodes)), key=lambda index: (counts[index], distances[event, index]))
-        found.append(PredictedEvent(event, nodes[best], x_m, y_m))
-    return tuple(found)
+    if parameters.event_ownership == "random":
+        lots = streams.generator("world/events/owners").random(distances.shape)
+        may_see = distances < parameters.sensing_radius_m + parameters.model.reach_m
+        distances = np.where(may_see, lots - 1.0, distances)
+    owners = [nodes[index] for index in distances.argmin(axis=1).tolist()]
+    places_m = zip(owners, events_m.tolist(), strict=True)
+    return tuple(PredictedEvent(event, owner, x_m, y_m) for event, (owner, (x_m, y_m)) in enumerate(places_m))

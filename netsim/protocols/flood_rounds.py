@@ -8,6 +8,7 @@ missed a bundle asks for it again, and every bundle sent is kept for that.
 A bundle has the round (1 byte) and for each report its node (2 bytes), length (2 bytes) and bytes.
 """
 
+import struct
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
@@ -33,11 +34,19 @@ def encode_bundle(number: int, reports: Reports) -> bytes:
 
 
 def decode_bundle(data: bytes) -> tuple[int, dict[int, bytes]]:
-    """The inverse of `encode_bundle`: the round and its reports."""
+    """The inverse of `encode_bundle`: the round and its reports.
+
+    Raises:
+        ValueError: If it is cut short.
+        struct.error: If it is cut short.
+    """
     (number,), offset, reports = _ROUND.unpack(data), _ROUND.size_byte, {}
     while offset < len(data):
         node, length = _REPORT.unpack(data, offset)
         offset += _REPORT.size_byte
+        if offset + length > len(data):
+            message = f"a report of {length} bytes, of which {len(data) - offset} are there"
+            raise ValueError(message)
         reports[node] = data[offset : offset + length]
         offset += length
     return number, reports
@@ -65,7 +74,7 @@ class Flooded:
     """What a flood brought.
 
     Attributes:
-        reports: By node, the own one included.
+        reports: By node, the own one included if there is one.
         passed_on: Reports sent, in all bundles, the own one included; a bundle sent again on request does not count.
         given_up: Partners that were silent for a whole round.
     """
@@ -93,21 +102,21 @@ class FloodRounds:
         self._heard_in: dict[int, int] = {}
         """Least round of the bundles in which each report came that is not passed on yet."""
 
-    def run(self, own: bytes) -> Op[Flooded]:
+    def run(self, own: bytes | None) -> Op[Flooded]:
         """Flood, with all rounds; then go on answering those who ask, until the node ends.
 
         Args:
-            own: The node's own report, at most 65,535 bytes.
+            own: The node's own report, at most 65,535 bytes; None for a node that has none and passes on those of others.
 
         Raises:
             AlgorithmError: For a report that is too long.
         """
-        if len(own) > _LONGEST:
+        if own is not None and len(own) > _LONGEST:
             message = f"a report of {len(own)} bytes: at most {_LONGEST} can be flooded"
             raise AlgorithmError(message)
         node, spread_ns = self._node, self._settings.spread_ns
-        flooded = Flooded({node.id: own})
-        self._heard_in = {node.id: 0}
+        flooded = Flooded({} if own is None else {node.id: own})
+        self._heard_in = dict.fromkeys(flooded.reports, 0)
         if spread_ns:
             yield from node.pause(int(node.rng("flood").random() * spread_ns))
         for number in range(1, self._settings.hops + 1):
@@ -152,7 +161,11 @@ class FloodRounds:
         if message.kind != self._kind:
             self._answer(message)
             return
-        told, reports = decode_bundle(message.payload)
+        try:
+            told, reports = decode_bundle(message.payload)
+        except (ValueError, struct.error) as error:
+            self._node.log(f"a bundle of node {message.source} that cannot be read: {error}")
+            return
         self._rounds_of[message.source].add(told)
         if told >= number:
             flooded.given_up.discard(message.source)
@@ -165,7 +178,7 @@ class FloodRounds:
 
     def _answer(self, request: Message) -> None:
         """With the bundle asked for; one not sent yet will come by itself."""
-        (number,) = _ROUND.unpack(request.payload)
+        number = request.payload[0] if request.payload else 0
         if number in self._sent:
             self._node.send(request.source, self._kind, self._sent[number], causes=[request])
 

@@ -47,6 +47,21 @@ def without(weights, *vertices):
     return found
 
 
+def phi(weights, vertex, depth):
+    """Algorithm 1 as the paper prints it."""
+    if depth == 0:
+        return 1.0
+    rows = len(weights)
+    line = weights[vertex] if vertex < rows else weights[:, vertex - rows]
+    rest, first = without(weights, vertex), rows if vertex < rows else 0
+    return 1.0 / (1.0 + sum(line[other] * phi(rest, first + other, depth - 1) for other in np.flatnonzero(line)))
+
+
+def alone(weights, vertex):
+    """P(vertex is in no pair)."""
+    return partition(without(weights, vertex)) / partition(weights)
+
+
 def random_weights(seed, measurements, events, share=0.6, spread=1.5):
     """Log-normal weights on a random share of the pairs."""
     rng = np.random.default_rng(seed)

@@ -6,23 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matching_enumeration import GRAPHS, partition, probabilities, random_weights, without
+from matching_enumeration import GRAPHS, alone, phi, probabilities, random_weights, without
 
 from netsim.kernels.decay_bounds import DecayBound, exact_depth, paper_bound, sharp_bound
 from netsim.kernels.event_gating import gated_weights
 
 fast = settings(deadline=None, max_examples=30)
 scales = st.floats(-4.0, 4.0).map(math.exp)
-
-
-def phi(weights, vertex, depth):
-    """Algorithm 1."""
-    if depth == 0:
-        return 1.0
-    rows = len(weights)
-    line = weights[vertex] if vertex < rows else weights[:, vertex - rows]
-    rest, first = without(weights, vertex), rows if vertex < rows else 0
-    return 1.0 / (1.0 + sum(line[other] * phi(rest, first + other, depth - 1) for other in np.flatnonzero(line)))
 
 
 def algorithm_2(weights, pair, depth):
@@ -39,11 +29,6 @@ def algorithm_2(weights, pair, depth):
     ends = (pair[0], len(weights) + pair[1])
     others = [vertex for vertex in everything if vertex not in ends]
     return weights[pair] * product(weights, everything) / product(without(weights, *ends), others)
-
-
-def alone(weights, vertex):
-    """P(vertex is in no pair)."""
-    return partition(without(weights, vertex)) / partition(weights)
 
 
 @fast

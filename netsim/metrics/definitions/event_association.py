@@ -28,7 +28,7 @@ METRICS = grouped(
         "1",
         "",
         "Number of association events, that is of sets of gated pairs in which no measurement and no event occurs twice; "
-        "null where exact sums are out of reach.",
+        "null where exact sums are out of reach; from 2^53 on rounded, and null beyond 1e308.",
         "Problem",
     ),
     (
@@ -52,7 +52,8 @@ METRICS = grouped(
         "interval_misses",
         "1",
         "lower",
-        "Pairs whose exact probability is outside the stated interval by more than 1e-9: 0 unless something is wrong.",
+        "Pairs whose exact probability is outside the stated interval by more than 1e-9: 0 whatever is lost, unless sensors "
+        "misread, or positions are rounded on the air (`payload`).",
         _MADE_OF,
     ),
     ("interval_width_max", "1", "lower", "Widest stated interval.", "PairProbabilities"),

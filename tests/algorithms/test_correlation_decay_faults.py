@@ -1,0 +1,267 @@
+"""Correlation decay when messages, owners and readings are missing, positions are rounded, and energy is short: intervals
+hold, runs end, and nothing is computed twice.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from decay_rig import (
+    PROBLEM,
+    WHOLE,
+    any_delay,
+    any_loss,
+    by_kernel,
+    narrowed_truth,
+    parameters,
+    problem,
+    stated,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from netsim.algorithms.correlation_decay_parameters import TargetParameters
+from netsim.algorithms.decay_payload import decode_request
+from netsim.api import NoEnergyError
+from netsim.kernels.correlation_decay import literal_pair, vertex_order
+from netsim.kernels.matchings import association_probabilities
+from netsim.testing import DROP, duplicate, rule
+from netsim.trace.events import EnergyBudget, Log, MessageSent
+
+fast = settings(deadline=None, max_examples=8)
+seeds = st.integers(0, 2**32 - 1)
+nodes = st.integers(10, 17)
+REQUESTS = parameters(WHOLE, estimator="literal", depth=4, factors="requests", vertices="known")
+MODES = st.sampled_from([REQUESTS, parameters(2, depth=4), parameters(1, "sensing", depth=5)])
+TARGET = TargetParameters(interval_width=0.01)
+
+
+def count(found, kind):
+    return sum(event.kind == kind for _, event in found.run.of(MessageSent))
+
+
+def holds(scene, found):
+    exact = association_probabilities(scene.instance.weights)
+    for pair, (_, low, high) in found.told.items():
+        assert low - 1e-12 <= exact[pair] <= high + 1e-12
+
+
+def is_algorithm_2(scene, found):
+    right = by_kernel(
+        scene, lambda graph, j, k: literal_pair(graph, j, k, 4, vertex_order(graph, "measurements_first"))
+    )
+    assert found.probabilities == pytest.approx(right, rel=1e-11)
+
+
+@settings(deadline=None, max_examples=5)
+@given(seeds, MODES, st.sampled_from([None, TARGET]))
+def test_with_a_third_of_the_messages_lost_all_pairs_are_told_of_and_intervals_hold(seed, chosen, target):
+    in_spite_of_loss(seed, chosen, target)
+
+
+@pytest.mark.slow
+@settings(deadline=None, max_examples=300)
+@given(seeds, MODES, st.sampled_from([None, TARGET]))
+def test_intervals_hold_in_many_worlds_with_a_third_of_the_messages_lost(seed, chosen, target):
+    in_spite_of_loss(seed, chosen, target)
+
+
+def in_spite_of_loss(seed, chosen, target):
+    scene = problem(seed)
+    found = stated(scene, replace(chosen, target=target), [any_loss(seed, 0.3), any_delay(seed, 3.0)])
+    assert len(found.told) == np.count_nonzero(scene.instance.weights)
+    holds(scene, found)
+
+
+@fast
+@given(seeds, MODES, nodes, st.sampled_from([0.0, 0.5, 1.0, 40.0]), st.sampled_from([None, TARGET]))
+def test_a_node_cut_off_at_any_time_leaves_intervals_that_hold(seed, chosen, dead, from_s, target):
+    scene = problem(seed)
+    silence = [rule(DROP, source=dead, from_s=from_s), rule(DROP, destination=dead, from_s=from_s)]
+    found = stated(scene, replace(chosen, target=target), silence)
+    assert len(found.told) == np.count_nonzero(scene.instance.weights)
+    holds(scene, found)
+
+
+@fast
+@given(seeds, nodes, MODES, st.sampled_from([None, TARGET]))
+def test_a_sensor_that_had_no_energy_to_measure_does_not_say_that_there_is_nothing(seed, tired, chosen, target):
+    scene = problem(seed)
+
+    def observe(node):
+        if node == tired:
+            message = "the allowance is used up"
+            raise NoEnergyError(message)
+        return scene.observe(node, 0)
+
+    found = stated(scene, replace(chosen, target=target), observe=observe)
+    holds(scene, found)
+    unseen = [j for j, owner in enumerate(scene.instance.owners) if owner == tired]
+    assert {j for j, _ in found.told}.isdisjoint(unseen)
+
+
+def owned_elsewhere(scene):
+    """A node that owns an event, which others have measurements of."""
+    return max((event.owner for event in scene.instance.events), key=lambda node: len(scene.observe(node, 0)) > 0)
+
+
+def test_a_dead_owner_is_stood_in_for_and_no_more_asked_once_it_was_silent():
+    """Who stands in knows what it needs to, so that the answer is the same."""
+    scene, asked = problem(3), []
+    dead = owned_elsewhere(scene)
+
+    def lose(passage):
+        if passage.kind != "factors" or dead not in (passage.source, passage.destination):
+            return None
+        asked.append((passage.source, decode_request(passage.payload).number, passage.time_ns))
+        return DROP
+
+    found = stated(scene, REQUESTS, [lose])
+    is_algorithm_2(scene, found)
+    given_up_ns = {}
+    for time_ns, event in found.run.of(Log):
+        if f"node {dead} does not answer" in event.message:
+            given_up_ns.setdefault(event.name, time_ns)
+    begun_ns = {}
+    for source, number, time_ns in asked:
+        begun_ns.setdefault((source, number), time_ns)
+    others = {key: time_ns for key, time_ns in begun_ns.items() if key[0] != dead}
+    assert others
+    assert all(time_ns < given_up_ns[f"node {source}"] for (source, _), time_ns in others.items())
+    assert found.statistics["factors_stood_in"] > len(others)
+
+
+def test_an_owner_that_speaks_again_is_asked_again():
+    scene = problem(3)
+    dead = owned_elsewhere(scene)
+    found = stated(scene, REQUESTS, [rule(DROP, kind="factors", destination=dead, until_s=12.0)])
+    is_algorithm_2(scene, found)
+    reached = [
+        time_ns
+        for time_ns, event in found.run.of(MessageSent)
+        if event.kind == "product" and event.source == dead and time_ns > 12e9
+    ]
+    assert reached
+
+
+@pytest.mark.parametrize(("kind", "lost"), [("product", {0, 2}), ("factors", {0})])
+def test_what_is_lost_is_sent_again_and_not_computed_again(kind, lost):
+    scene = problem(3)
+    whole = stated(scene, REQUESTS)
+    found = stated(scene, REQUESTS, [rule(DROP, kind=kind, counts=lost)])
+    is_algorithm_2(scene, found)
+    assert found.statistics["factors_stood_in"] == 0
+    assert found.statistics["factor_requests"] == whole.statistics["factor_requests"]
+    assert count(found, "factors") > count(whole, "factors")
+    assert found.run.energy_j == pytest.approx(whole.run.energy_j)
+
+
+def test_duplicates_change_nothing_and_are_not_computed_again():
+    scene = problem(3)
+    whole = stated(scene, REQUESTS)
+    found = stated(scene, REQUESTS, [rule(duplicate(0.3))])
+    assert found.told == whole.told
+    assert found.statistics["factor_requests"] == whole.statistics["factor_requests"]
+    assert found.run.energy_j == pytest.approx(whole.run.energy_j)
+
+
+@settings(deadline=None, max_examples=12)
+@given(seeds, st.sampled_from(["float32", "float16"]), st.sampled_from([0.0, 700.0]), st.integers(0, WHOLE))
+def test_with_rounded_positions_intervals_hold_for_the_problem_of_the_rounded(seed, width, away_m, hops):
+    """Far from the origin a float16 position is rounded to half a metre; gates and likelihoods move with it."""
+    scene = problem(seed, away_m=away_m)
+    right = narrowed_truth(scene, width)
+    found = stated(scene, parameters(hops, depth=5, payload=width))
+    assert set(found.told) == {(j, k) for j, k in np.argwhere(right > 0.0).tolist()}
+    for pair, (_, low, high) in found.told.items():
+        assert low - 1e-12 <= right[pair] <= high + 1e-12
+
+
+def test_against_measured_positions_rounded_ones_can_miss():
+    """What `payload` says of `interval_misses`."""
+    misses = 0
+    for seed in range(3):
+        scene = problem(seed, away_m=700.0)
+        exact = association_probabilities(scene.instance.weights)
+        found = stated(scene, parameters(WHOLE, depth=12, payload="float16"))
+        misses += sum(not low <= exact[pair] <= high for pair, (_, low, high) in found.told.items())
+    assert misses > 0
+
+
+@fast
+@given(seeds, st.integers(0, 2), st.integers(1, 9), st.sampled_from([0.5, 0.01, 0.0]))
+def test_a_target_is_reached_or_everything_was_tried(seed, hops, depth, width):
+    scene = problem(seed)
+    found = stated(scene, parameters(hops, depth=depth, target=TargetParameters(interval_width=width)))
+    holds(scene, found)
+    for (j, _), (_, low, high) in found.told.items():
+        used = found.depth[scene.instance.owners[j]]
+        assert used <= depth
+        assert used % 2 == 0 or used == depth
+        assert high - low <= width or used == depth
+
+
+@fast
+@given(seeds, st.integers(0, 1))
+def test_with_depth_enough_a_target_is_always_reached_by_asking(seed, hops):
+    """Nothing was flooded, or little: what is missing is asked for, and all intervals become points."""
+    scene = problem(seed, replace(PROBLEM, events=replace(PROBLEM.events, count=4)))
+    found = stated(scene, parameters(hops, depth=9, target=TargetParameters(interval_width=1e-9)))
+    assert all(high - low <= 1e-9 for _, low, high in found.told.values())
+    assert found.probabilities == pytest.approx(
+        {pair: association_probabilities(scene.instance.weights)[pair] for pair in found.told}, rel=1e-8
+    )
+
+
+def test_growing_asks_for_no_more_than_it_needs():
+    scene = problem(3)
+    wide, narrow = (
+        stated(scene, parameters(0, depth=9, target=TargetParameters(interval_width=width))) for width in (0.9, 0.01)
+    )
+    assert 0 < wide.statistics["asked"] < narrow.statistics["asked"]
+    assert max(wide.depth.values()) < max(narrow.depth.values())
+    assert count(narrow, "report") == narrow.statistics["asked"]
+
+
+def test_who_does_not_answer_is_asked_a_few_times_and_no_more():
+    scene = problem(3)
+    target = replace(TARGET, ask_attempts=2)
+    found = stated(scene, parameters(0, depth=6, target=target), [rule(DROP, kind="report", source=13)])
+    holds(scene, found)
+    asked = [event.source for _, event in found.run.of(MessageSent) if event.kind == "report" and event.source == 13]
+    assert asked
+    assert len(asked) == 2 * len({node for node in scene.sensors_m if node != 13 and found_asks(found, node)})
+
+
+def found_asks(found, node):
+    """Whether a node asked node 13, which is in the answers' receivers."""
+    return any(
+        event.kind == "report" and event.source == 13 and event.destination == node
+        for _, event in found.run.of(MessageSent)
+    )
+
+
+def test_an_allowance_ends_the_growing():
+    scene = problem(3)
+    free = stated(scene, parameters(0, depth=9, target=replace(TARGET, interval_width=0.0)))
+    spent = max(event.spent_j for _, event in free.run.of(EnergyBudget))
+    tight = replace(TARGET, interval_width=0.0, allowance_j=spent / 100)
+    found = stated(scene, parameters(0, depth=9, target=tight))
+    holds(scene, found)
+    owners = set(scene.instance.owners)
+    assert max(found.depth.values()) < max(free.depth.values())
+    assert found.depth.keys() == free.depth.keys() <= owners
+    assert found.statistics["asked"] < free.statistics["asked"]
+
+
+def test_factors_are_computed_at_the_depth_of_who_asks():
+    """Where nodes choose t each for itself: a node without measurements stops at once, and computes for others all the
+    same as deep as they are.
+    """
+    scene = problem(3)
+    target = TargetParameters(interval_width=0.0)
+    chosen = parameters(WHOLE, estimator="literal", depth=8, vertices="known", target=target)
+    local = stated(scene, chosen)
+    assert stated(scene, replace(chosen, factors="requests")).probabilities == pytest.approx(
+        local.probabilities, rel=1e-11
+    )
