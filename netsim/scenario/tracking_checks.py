@@ -7,7 +7,7 @@ from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import MOST_CELLS
 from netsim.errors import Finding
 from netsim.kernels.grid_belief import grid_over
-from netsim.problems.tracking import TrackingParameters
+from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.reading import Document
 from netsim.reading import Path as ValuePath
 from netsim.scenario.schema import Scenario
