@@ -57,8 +57,15 @@ def _report(node: NodeHandle, knowledge: TrackingKnowledge, parameters: CentralB
         yield from node.pause_until(step * step_ns)
         reading = None if knowledge.sensor is None else (yield from own_reading(node, knowledge))
         if reading is not None and not math.isnan(reading):
-            yield from node.pause_until(step * step_ns + int(node.rng("spread").random() * spread_ns))
-            node.send_to_sink(READING, encode_reading(step, reading, parameters.payload))
+            at_ns = step * step_ns + int(node.rng("spread").random() * spread_ns)
+            node.spawn(_told(node, at_ns, encode_reading(step, reading, parameters.payload)))
+    yield from node.pause_until(node.now_ns // step_ns * step_ns + spread_ns)  # what is to be sent dies with the node
+
+
+def _told(node: NodeHandle, at_ns: int, payload: bytes) -> Op[None]:
+    """Send a reading at an instant, which may be after that of the next one."""
+    yield from node.pause_until(at_ns)
+    node.send_to_sink(READING, payload)
 
 
 def _is_over(node: NodeHandle, parameters: CentralBayesParameters) -> bool:

@@ -26,6 +26,7 @@ from netsim.algorithms.idsq_messages import (
     Held,
     Thread,
     Turn,
+    belief_bytes,
     decode_claim,
     decode_handoff,
     encode_taken,
@@ -88,9 +89,8 @@ class Tracker:
         """Step 0 of Table 1: wait for a belief, and heed what others say meanwhile."""
         station, node = self._station, self._station.node
         node.spawn(station.waking.windows())
-        if station.knowledge.leads_first and station.step == 0:  # not after a crash
-            held = Held(Thread(TOLD), Turn(0, 0), uniform(station.knowledge.grid))
-            self._leaders.begin(held, hand_on_first=station.parameters.first_step == "hands_over")
+        if station.knowledge.leads_first:
+            self._begin_as_told()
         if station.knowledge.is_watchdog:
             node.spawn(self._watch.watch())
         while True:
@@ -102,6 +102,15 @@ class Tracker:
             except (ValueError, struct.error) as error:
                 node.log(f"a {message.kind} from node {message.source} makes no sense: {error}")
 
+    def _begin_as_told(self) -> None:
+        """Lead the first track, unless its time is over: a node that was told so comes here after a crash too."""
+        station = self._station
+        if station.step > 0:
+            station.node.log("told to lead first, but the first reading instant has passed by its clock: it does not")
+            return
+        held = Held(Thread(TOLD), Turn(0, 0), uniform(station.knowledge.grid))
+        self._leaders.begin(held, hand_on_first=station.parameters.first_step == "hands_over")
+
     def _heed(self, message: Message) -> None:
         if message.kind == HANDOFF:
             self._on_handoff(message)
@@ -110,23 +119,24 @@ class Tracker:
         elif message.kind == ALIVE:
             self._guards.answer(self._leaders, message, turn_of(message.payload)[0])
         elif message.kind == QUERY:
-            self._station.node.spawn(self._neighbourhood.answer(message))
+            self._neighbourhood.heed(message)
         else:
             self._on_alarm(message)
 
     def _on_handoff(self, message: Message) -> None:
-        """Lead from now on, unless somebody else does by better right."""
+        """Lead from now on, unless somebody else does by better right, or this node has handed on since."""
         station = self._station
         held = decode_handoff(message.payload, message.source, station.coder.decode)
         known, led = station.book.latest(held.thread), self._leaders.held(held.thread)
         is_again = led is not None and (led.turn, led.previous) == (held.turn, held.previous)
-        if station.parameters.robust and not is_again and known is not None and _forbids(known, held.turn):
-            station.tell(known, message.source)
+        if not is_again and known is not None and _forbids(known, held.turn):
+            if station.parameters.robust:
+                station.tell(known, message.source)
             return
         if station.parameters.robust:
-            station.node.send(message.source, TAKEN, encode_taken(held, station.own_energy_share))
+            station.answer(message.source, TAKEN, encode_taken(held, station.own_energy_share))
         if not is_again:
-            self._leaders.take(held)
+            self._leaders.take(held, station.coder.decoding_operations(belief_bytes(message.payload), held.belief))
 
     def _on_claim(self, message: Message) -> None:
         claim = decode_claim(message.payload, self._station.knowledge.grid.origin_m)

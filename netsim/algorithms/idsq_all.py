@@ -77,18 +77,24 @@ class Neighbourhood:
         belief, used = updated_by(predicted, sensors, readings, station.filtering, gated=gated)
         return belief, me in used
 
-    def answer(self, query: Message) -> Op[None]:
-        """Sense for a leader that asks this node, and send it the reading."""
-        station, node = self._station, self._station.node
+    def heed(self, query: Message) -> None:
+        """Sense for a leader that asks this node, and send it the reading.
+
+        Raises:
+            struct.error: For a query that makes no sense.
+        """
         step, asked = decode_query(query.payload)
-        if node.id not in asked:
-            return
+        if self._station.node.id in asked:
+            self._station.node.spawn(self._answer(step, query.source))
+
+    def _answer(self, step: int, leader: int) -> Op[None]:
+        station, node = self._station, self._station.node
         with station.waking.needed():
             reading = yield from own_reading(node, station.knowledge)
             if reading is not None and not math.isnan(reading):
                 wait_s = ANSWERED_BY * station.parameters.gather_s * float(node.rng("answer").random())
                 yield from node.pause(s_to_ns(wait_s))
-                node.send(query.source, READING, encode_reading(step, reading, WIDTH))
+                station.answer(leader, READING, encode_reading(step, reading, WIDTH))
 
 
 def _answers(step: int, asked: Collection[int]) -> Callable[[Message], bool]:

@@ -26,14 +26,12 @@ class Book:
         self._latest: dict[Thread, Heard] = {}
         self._spoke_ns: dict[tuple[Thread, int], int] = {}
 
-    def note(self, claim: Claim, source: int, now_ns: int) -> bool:
-        """Take down a claim; returns whether none was known that counts more."""
+    def note(self, claim: Claim, source: int, now_ns: int) -> None:
+        """Take down a claim, unless one is known that counts more, and that its source has spoken."""
         self._spoke_ns[claim.thread, source] = now_ns
         known = self._latest.get(claim.thread)
-        if known is not None and known.claim.rank > claim.rank:
-            return False
-        self._latest[claim.thread] = Heard(claim, now_ns)
-        return True
+        if known is None or known.claim.rank <= claim.rank:
+            self._latest[claim.thread] = Heard(claim, now_ns)
 
     def latest(self, thread: Thread) -> Claim | None:
         """The claim of a thread that counts."""

@@ -9,7 +9,7 @@ from netsim.algorithms.idsq_all import Neighbourhood
 from netsim.algorithms.idsq_handoff import HandingOn
 from netsim.algorithms.idsq_messages import NOBODY, TOLD, Claim, Held, Thread, Turn, claim_of, is_elder
 from netsim.algorithms.idsq_station import Station
-from netsim.api import Op, Task
+from netsim.api import NoEnergyError, Op, Task
 from netsim.kernels.grid_belief import GridBelief
 from netsim.kernels.idsq import rim_probability
 from netsim.trace.events import Role
@@ -23,9 +23,16 @@ OnHandedOn = Callable[[Held, int], None]
 
 @dataclass(slots=True, eq=False)
 class _Leadership:
-    """One thread that this node leads."""
+    """One thread that this node leads.
+
+    Attributes:
+        held: What it holds.
+        decoding: Operations that it took to read what was handed over.
+        task: What it does.
+    """
 
     held: Held
+    decoding: int = 0
     task: Task[None] | None = None
 
 
@@ -63,9 +70,9 @@ class Leaders:
         self._tell(held)
         self._take(held, hand_on_first=hand_on_first, without=(), forks=self._station.parameters.threads - 1)
 
-    def take(self, held: Held) -> None:
-        """Lead a thread from the next reading on."""
-        self._take(held, hand_on_first=False, without=(), forks=0)
+    def take(self, held: Held, decoding: int) -> None:
+        """Lead a thread from the next reading on; reading what was handed over took so many operations."""
+        self._take(held, hand_on_first=False, without=(), forks=0, decoding=decoding)
 
     def take_back(self, held: Held, lost: int) -> None:
         """Hand a thread to another node than the one that was lost, or else lead it."""
@@ -91,9 +98,9 @@ class Leaders:
                 self._end(held, "duplicate")
                 self.drop(thread)
 
-    def _take(self, held: Held, *, hand_on_first: bool, without: Sequence[int], forks: int) -> None:
+    def _take(self, held: Held, *, hand_on_first: bool, without: Sequence[int], forks: int, decoding: int = 0) -> None:
         self.drop(held.thread)
-        node, leadership = self._station.node, _Leadership(held)
+        node, leadership = self._station.node, _Leadership(held, decoding)
         if not self._led:
             node.record(Role(node.id, "leader", 1))
         self._led[held.thread] = leadership
@@ -111,6 +118,7 @@ class Leaders:
         station = self._station
         try:
             with station.waking.needed():
+                yield from station.node.compute(leadership.decoding)
                 yield from self._forked(leadership.held, forks)
                 if hand_on_first and not station.others_sleep and (yield from self._handed_on(leadership, without)):
                     return
@@ -122,6 +130,8 @@ class Leaders:
                         return
                     if (yield from self._handed_on(leadership)):
                         return
+        except NoEnergyError as error:
+            station.node.log(f"leads no more: {error}")
         finally:
             self._release(leadership)
 
@@ -162,10 +172,10 @@ class Leaders:
         return replace(held, turn=turn, belief=belief, quiet=quiet, refused=0 if is_used else held.refused + 1)
 
     def _quiet(self, held: Held, reading: float, belief: GridBelief) -> int:
-        """How many readings in a row have told of no target here; a bearing says nothing of that."""
+        """How many readings in a row have told of no target here; a bearing, or no reading, says nothing of that."""
         if rim_probability(belief) > ON_THE_RIM or reading < self._station.noise_amplitude < math.inf:
             return held.quiet + 1
-        return held.quiet if self._station.sensor.measures_bearing else 0
+        return held.quiet if self._station.sensor.measures_bearing or math.isnan(reading) else 0
 
     def _handed_on(self, leadership: _Leadership, without: Sequence[int] = ()) -> Op[bool]:
         """Steps 4 and 5; False where nobody took it."""

@@ -159,7 +159,12 @@ def decode_handoff(data: bytes, source: int, decode: Callable[[bytes], GridBelie
     """
     thread, turn = turn_of(data)
     quiet, refused = _COUNTS.unpack(data, _START_BYTE)
-    return Held(thread, turn, decode(data[_START_BYTE + _COUNTS.size_byte :]), source, quiet, refused)
+    return Held(thread, turn, decode(belief_bytes(data)), source, quiet, refused)
+
+
+def belief_bytes(data: bytes) -> bytes:
+    """The belief in a `handoff`."""
+    return data[_START_BYTE + _COUNTS.size_byte :]
 
 
 def encode_taken(held: Held, energy_share: float) -> bytes:

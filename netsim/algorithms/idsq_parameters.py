@@ -1,6 +1,8 @@
 """Settings of the IDSQ tracker."""
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from annotated_types import Ge, Gt, Le, Lt
 
 from netsim.algorithms.idsq_payload import BeliefForms
 from netsim.codec import Precision
@@ -29,7 +31,7 @@ class IdsqSleep:
 class IdsqWatch:
     """How tracks begin and end by themselves."""
 
-    false_alarm: Probability = 1e-6
+    false_alarm: Annotated[float, Gt(0), Lt(0.5)] = 1e-6
     """Probability that noise alone makes a watchdog raise the alarm at one reading; sets the threshold of detection."""
     detection_amplitude: Positive | None = None
     """Amplitude from which on watchdogs raise the alarm, if above the threshold that follows from `false_alarm` and the
@@ -88,7 +90,7 @@ class IdsqParameters:
     gate: Probability = 0.0
     """A reading is not used if one as unlikely under the belief has less than this probability, but for the third in a row;
     0 uses every reading."""
-    threads: PositiveInt = 1
+    threads: Annotated[int, Ge(1), Le(255)] = 1
     """How many leaders track a target beside each other, each with a belief of its own."""
     robust: bool = False
     """Whether hand-offs are acknowledged by who takes them, leaders claim their tracks every step, and who led before stands

@@ -15,21 +15,25 @@ import numpy as np
 
 from netsim.algorithms.idsq_positions import BITMAP, LIST, RUNS, laid_positions, read_positions
 from netsim.codec import Precision, decode_floats, encode_floats, size_byte
-from netsim.kernels.belief_fit import Mixture, divergence_bit, fit_operations, fitted, on_grid
-from netsim.kernels.grid_belief import Grid, GridBelief
+from netsim.kernels.belief_fit import Mixture, divergence_bit, fit_operations, fitted, on_grid, on_grid_operations
+from netsim.kernels.grid_belief import Grid, GridBelief, proportional
 from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 from netsim.parameters import NonNegative, parameters
 
 Compression = Literal["none", "run_length", "image", "best"]
 Form = Literal["grid", "gaussian", "mixture"]
-MOST_CELLS: Final = 1 << 16
+MOST_CELLS: Final = (1 << 16) - 1
+"""Their number, too, goes as two bytes."""
 LAYING_OUT: Final = 2 * FUNCTION_OPERATIONS
 """Operations to lay out a cell of the belief: its position, and its probability rounded and compared (a logarithm)."""
+READING: Final = FUNCTION_OPERATIONS + 4
+"""Operations to read a cell: its position, its probability (an exponential), their sum, and the division by it."""
 _PRECISIONS: Final[tuple[Precision, ...]] = ("float64", "float32", "float16", "uint8")
 _LAYOUTS: Final = {"none": (LIST,), "run_length": (RUNS,), "image": (BITMAP, RUNS, LIST), "best": (BITMAP, RUNS, LIST)}
 _PARAMETRIC, _DEFLATED = 0x80, 0x40
-_LEAST_FLOAT16 = 2.0**-24
+_LEAST: Final[dict[Precision, float]] = {"float32": 2.0**-149, "float16": 2.0**-24}
+"""Least number above 0 in a precision; smaller ones are sent as this, so that no cell is lost."""
 _MIXTURE_SIZES: Final = (2, 3, 4)
 
 
@@ -72,7 +76,7 @@ class BeliefCoder:
     """Beliefs to bytes and back.
 
     Args:
-        grid: Which sender and receiver share; at most 65,536 cells.
+        grid: Which sender and receiver share; at most 65,535 cells.
         precision: Of a grid's probabilities.
         forms: What may be sent.
 
@@ -117,7 +121,13 @@ class BeliefCoder:
             body = _inflated(body, 16 * self.grid.size)
         cells, used = read_positions(body, self.grid, head & 0x03)
         weights = _read_weights(body[used:], len(cells), _PRECISIONS[head >> 2 & 0x03], deflated=bool(head & _DEFLATED))
-        return GridBelief(self.grid, cells, weights / weights.sum())
+        return proportional(self.grid, cells, weights)
+
+    def decoding_operations(self, data: bytes, belief: GridBelief) -> int:
+        """Elementary operations to make a belief of the bytes that say it."""
+        if data[0] & _PARAMETRIC:
+            return on_grid_operations(self.grid.size, data[0] & 0x0F)
+        return READING * len(belief.cells)
 
     def _laid(self, data: bytes, form: Form, belief: GridBelief, operations: int) -> Laid:
         return Laid(data, form, divergence_bit(belief, self.decode(data)), operations)
@@ -178,8 +188,7 @@ def _weight_bytes(probability: FloatArray, precision: Precision) -> bytes:
     relative = probability / probability.max()
     if precision == "uint8":
         return encode_floats(np.log2(relative), precision)
-    least = _LEAST_FLOAT16 if precision == "float16" else 0.0
-    return encode_floats(np.maximum(relative, least), precision)
+    return encode_floats(np.maximum(relative, _LEAST.get(precision, 0.0)), precision)
 
 
 def _read_weights(data: bytes, count: int, precision: Precision, *, deflated: bool) -> FloatArray:

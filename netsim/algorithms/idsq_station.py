@@ -9,6 +9,7 @@ from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import BeliefCoder
 from netsim.algorithms.idsq_sleep import Waking
 from netsim.api import NodeHandle, Observation
+from netsim.errors import AlgorithmError
 from netsim.kernels.acoustics import AmplitudeModel, SensorSpec
 from netsim.kernels.beamformer import reading_of, reading_operations
 from netsim.kernels.gating import detection_threshold
@@ -82,8 +83,9 @@ class Station:
 
     @property
     def own_energy_share(self) -> float:
-        """What share of the energy it started with it has left."""
-        return self.node.energy_left_j / self._energy_j if 0.0 < self._energy_j < math.inf else 1.0
+        """What share it has left of the energy it started with or of its present allowance, whichever is shorter."""
+        pairs = (self.node.energy_left_j, self._energy_j), (self.node.budget.left_j, self.node.budget.allowance_j)
+        return min((left_j / whole_j for left_j, whole_j in pairs if 0.0 < whole_j < math.inf), default=1.0)
 
     @property
     def detection_amplitude(self) -> float:
@@ -123,7 +125,14 @@ class Station:
     def tell(self, claim: Claim, other: int) -> None:
         """Tell one node who leads a thread."""
         if other not in (self.node.id, NOBODY):
-            self.node.send(other, LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
+            self.answer(other, LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
+
+    def answer(self, other: int, kind: str, payload: bytes) -> None:
+        """Send to a node that a message named; one that was garbled may name any."""
+        try:
+            self.node.send(other, kind, payload)
+        except AlgorithmError as error:
+            self.node.log(f"no answer to a message that must be garbled: {error}")
 
     def record(self, kind: str, held: Held, **more: object) -> None:
         """Put into the trace what befell a track."""

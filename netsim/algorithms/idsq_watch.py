@@ -20,7 +20,7 @@ from netsim.algorithms.idsq_messages import (
     new_track,
 )
 from netsim.algorithms.idsq_station import Station
-from netsim.api import Message, Op
+from netsim.api import Message, NoEnergyError, Op
 from netsim.kernels.acoustics import AmplitudeModel
 from netsim.kernels.grid_belief import uniform
 from netsim.units import s_to_ns
@@ -98,6 +98,8 @@ class Watch:
                 loudness, _ = station.read(observation)
                 if loudness >= self._threshold and not self._is_explained(loudness):
                     yield from self._elect(election, step, loudness)
+        except NoEnergyError:
+            return
         finally:
             self._election = None
 
@@ -114,12 +116,13 @@ class Watch:
             node.broadcast(DETECT, encode_alarm(step, loudness))
         yield from node.pause_until(end_ns)
         if election.best == own and not self._is_explained(loudness) and not self._leaders.threads:
-            self._begin(step, loudness)
+            yield from self._begin(step, loudness)
 
-    def _begin(self, step: int, loudness: float) -> None:
+    def _begin(self, step: int, loudness: float) -> Op[None]:
         station = self._station
         square = uniform(station.knowledge.grid, station.sensor.position_m, station.parameters.watch.square_m)
         belief, _ = station.filtering.updated(square, station.sensor, loudness)
+        yield from station.node.compute(station.filtering.operations(square, square, 0, station.sensor))
         held = Held(Thread(new_track(station.node.id, step)), Turn(0, step), belief)
         station.record("track-begun", held, loudness=loudness)
         self._leaders.begin(held, hand_on_first=True)

@@ -1,5 +1,9 @@
 """A node's own reading, and readings on the air: two bytes of the step, then the number."""
 
+import math
+
+import numpy as np
+
 from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats
 from netsim.kernels.beamformer import reading_of, reading_operations
@@ -33,8 +37,12 @@ def decode_reading(data: bytes, width: FloatWidth) -> tuple[int, float]:
 
     Raises:
         struct.error: If it is too short for a step.
-        ValueError: If no single number follows.
+        ValueError: If no single finite number follows.
     """
     (step,) = _STEP.unpack(data)
-    (reading,) = decode_floats(data[_STEP.size_byte :], width).tolist()
+    with np.errstate(invalid="ignore"):  # signalling NaN, refused below
+        (reading,) = decode_floats(data[_STEP.size_byte :], width).tolist()
+    if not math.isfinite(reading):
+        message = f"a reading that is no number: {reading}"
+        raise ValueError(message)
     return int(step), float(reading)

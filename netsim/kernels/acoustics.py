@@ -45,11 +45,14 @@ class AmplitudeModel:
 
 
 def _log_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """log(Phi(upper) - Phi(lower)) for upper above lower, accurate in both tails."""
+    """log(Phi(upper) - Phi(lower)) for upper above lower, accurate in both tails.
+
+    Minus infinity where the two are so far out that they are the same number.
+    """
     flip = lower > 0.0
     a, b = np.where(flip, -upper, lower), np.where(flip, -lower, upper)
     log_b, log_a = log_ndtr(b), log_ndtr(a)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(log_b + np.log(-np.expm1(log_a - log_b)))
 
 
@@ -75,6 +78,11 @@ class BearingModel:
     def density_operations(self) -> int:
         """Elementary floating-point operations of one value of `log_density`."""
         return 5 * FUNCTION_OPERATIONS + 22
+
+    @property
+    def least_spread_rad(self) -> float:
+        """The smallest standard deviation at any range."""
+        return min(self.sd_rad, self.sd_at_zero_rad)
 
     def spread_rad(self, range_m: ArrayLike) -> FloatArray:
         """Standard deviation at a range (Fig. 6)."""

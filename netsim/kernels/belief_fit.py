@@ -19,6 +19,7 @@ LEAST_SHARE = 1e-12
 """Cells below this share of the likeliest one are cut off."""
 STEPS = 30
 """Steps of expectation and maximisation."""
+_DENSITY_OPERATIONS = 15 + FUNCTION_OPERATIONS
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,5 +110,10 @@ def fit_operations(cells: int, grid_cells: int, components: int) -> int:
     cell of the grid and component, and a logarithm a cell.
     """
     steps = STEPS if components > 1 else 1
-    density = 15 + FUNCTION_OPERATIONS
-    return components * (cells * steps * (density + 15) + grid_cells * density) + cells * FUNCTION_OPERATIONS
+    fitting = components * cells * steps * (_DENSITY_OPERATIONS + 15)
+    return fitting + on_grid_operations(grid_cells, components) + cells * FUNCTION_OPERATIONS
+
+
+def on_grid_operations(grid_cells: int, components: int) -> int:
+    """Elementary operations of `on_grid`: a density for every cell of the grid and component."""
+    return components * grid_cells * _DENSITY_OPERATIONS

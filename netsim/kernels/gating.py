@@ -18,6 +18,9 @@ from netsim.kernels.operations import FUNCTION_OPERATIONS
 from netsim.kernels.semiring import FloatArray
 
 _BEARINGS: Final = 360
+_STEP_RAD: Final = math.radians(8.0)
+"""Readings that spread less than this are judged on a circle of more bearings."""
+_CELLS_AT_ONCE: Final = 200
 
 
 def tail_probability(predicted: GridBelief, sensor: SensorSpec, reading: float) -> float:
@@ -39,8 +42,8 @@ def tail_probability(predicted: GridBelief, sensor: SensorSpec, reading: float) 
 def tail_operations(cells: int, sensor: SensorSpec) -> int:
     """Elementary floating-point operations of `tail_probability` for a belief of so many cells."""
     if isinstance(sensor.model, BearingModel):
-        entry = sensor.model.density_operations + FUNCTION_OPERATIONS + 2
-        return cells * sensor.place_operations + cells * _BEARINGS * entry + 2 * _BEARINGS
+        entry, bearings = sensor.model.density_operations + FUNCTION_OPERATIONS + 2, _bearings(sensor.model)
+        return cells * sensor.place_operations + cells * bearings * entry + 2 * bearings
     return cells * (sensor.place_operations + 4 * FUNCTION_OPERATIONS + 16)
 
 
@@ -61,11 +64,21 @@ def _integral(u: FloatArray) -> FloatArray:
     return np.asarray(u * ndtr(u) + np.exp(-0.5 * u * u) / math.sqrt(2.0 * math.pi))
 
 
+def _bearings(model: BearingModel) -> int:
+    """On how many bearings a density is put, so that a least spread has eight of them or so."""
+    return _BEARINGS * max(1, math.ceil(_STEP_RAD / model.least_spread_rad))
+
+
 def _bearing_tail(
     probability: FloatArray, true_rad: FloatArray, range_m: FloatArray, model: BearingModel, reading: float
 ) -> float:
-    bearings = reading + 2.0 * np.pi * np.arange(_BEARINGS) / _BEARINGS
-    density = probability @ np.exp(model.log_density(bearings[None, :], true_rad[:, None], range_m[:, None]))
+    count = _bearings(model)
+    bearings = reading + 2.0 * np.pi * np.arange(count) / count
+    density = np.zeros(count)
+    for start in range(0, len(probability), _CELLS_AT_ONCE):
+        some = slice(start, start + _CELLS_AT_ONCE)
+        logs = model.log_density(bearings[None, :], true_rad[some, None], range_m[some, None])
+        density += probability[some] @ np.exp(logs)
     below = density <= density[0] * (1.0 + 1e-9)
     below[0] = False  # the reading itself is a point, not a cell
     return float(density[below].sum() / density.sum())

@@ -104,7 +104,14 @@ def from_dense(grid: Grid, weights: FloatArray) -> GridBelief:
     """The belief proportional to weights of all cells, shape (rows, columns), of which one at least is above 0."""
     flat = weights.ravel()
     cells = np.flatnonzero(flat)
-    return GridBelief(grid, cells, flat[cells] / flat[cells].sum())
+    return proportional(grid, cells, flat[cells])
+
+
+def proportional(grid: Grid, cells: CellArray, weights: FloatArray) -> GridBelief:
+    """The belief proportional to weights of some cells, ascending, without those that are too small for a probability."""
+    probability = weights / weights.sum()
+    kept = probability > 0.0
+    return GridBelief(grid, cells, probability) if kept.all() else GridBelief(grid, cells[kept], probability[kept])
 
 
 def uniform(grid: Grid, centre_m: tuple[float, float] | None = None, half_m: float = math.inf) -> GridBelief:
@@ -148,8 +155,7 @@ def diffuse(belief: GridBelief, radius_m: float) -> GridBelief:
     spread = convolve(window, disc, mode="constant")
     found_rows, found_columns = np.nonzero(spread > 0.0)
     cells = (found_rows + low_row) * grid.columns + found_columns + low_column
-    weights = spread[found_rows, found_columns]
-    return GridBelief(grid, cells, weights / weights.sum())
+    return proportional(grid, cells, spread[found_rows, found_columns])
 
 
 def diffusion_operations(before: GridBelief, after: GridBelief, radius_m: float) -> int:
@@ -178,9 +184,8 @@ def condition(belief: GridBelief, log_likelihood: FloatArray) -> tuple[GridBelie
         return belief, -math.inf
     weights = np.exp(logs - top)
     kept = weights > 0.0
-    total = float(weights.sum())
-    after = GridBelief(belief.grid, belief.cells[kept], weights[kept] / total)
-    return after, top + math.log(total)
+    after = proportional(belief.grid, belief.cells[kept], weights[kept])
+    return after, top + math.log(float(weights[kept].sum()))
 
 
 def update_operations(cells: int) -> int:

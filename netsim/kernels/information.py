@@ -6,11 +6,11 @@ cell of the belief (the three-dimensional form of Table 3), otherwise a scalar s
 Before an amplitude the range stands for it, in bins of 1 m, or of a fortieth of the range where that is less. Eq 19 holds,
 and the bins cost less than .01 bit as seen.
 
-Before a direction of arrival the bearing stands for it, in bins of a degree. Here the paper's equality does not hold, since
-the spread depends on the range too. A bin takes the geometric mean of its cells' spreads: of normal errors that keeps the
-mean entropy of the reading right. On compact beliefs within 60 m the result is off by .005 bit in the root mean square, and
-by .06 at most as seen. It lacks what the spread of a reading tells of the range: up to .16 bit about and beyond the far
-range, and .3 where a belief has parts both near and far in one direction.
+Before a direction of arrival the bearing stands for it, in bins of a degree, or of the least spread where that is less.
+Here the paper's equality does not hold, since the spread depends on the range too. A bin takes the geometric mean of its
+cells' spreads: of normal errors that keeps the mean entropy of the reading right. On compact beliefs within 60 m the result
+is off by .005 bit in the root mean square, and by .06 at most as seen. It lacks what the spread of a reading tells of the
+range: up to .16 bit about and beyond the far range, and .3 where a belief has parts both near and far in one direction.
 """
 
 import math
@@ -39,7 +39,7 @@ _EVEN_FROM_M = RANGE_BIN_M * RANGE_BINS_PER_E
 _LEAST_RANGE_M = 0.25
 _GROWING_BINS = math.ceil(RANGE_BINS_PER_E * math.log(_EVEN_FROM_M / _LEAST_RANGE_M))
 BEARING_BINS = 360
-_BEARING_WIDTH = 2.0 * np.pi / BEARING_BINS
+"""Of the circle, where the spread of readings is a degree or more."""
 _STEPS_PER_SD = 2.0
 _RELATIVE_STEP = 0.01
 
@@ -133,7 +133,8 @@ def table_operations(belief: GridBelief, sensor: SensorSpec, *, exact: bool = Fa
 def table_shape(belief: GridBelief, sensor: SensorSpec, *, exact: bool = False) -> tuple[int, int]:
     """Rows and columns of the table that `reading_table` makes."""
     rows = len(belief.cells) if exact else len(np.unique(_bins(belief, sensor)))
-    return rows, BEARING_BINS if isinstance(sensor.model, BearingModel) else len(_amplitude_edges(sensor.model)) - 1
+    model = sensor.model
+    return rows, bearing_bins(model) if isinstance(model, BearingModel) else len(_amplitude_edges(model)) - 1
 
 
 def _computed_entries(belief: GridBelief, sensor: SensorSpec, *, exact: bool) -> int:
@@ -145,7 +146,7 @@ def _bins(belief: GridBelief, sensor: SensorSpec) -> NDArray[np.int64]:
     """The range bin, or the bearing bin, of each cell of a belief."""
     offsets_m = belief.centres_m - np.asarray(sensor.position_m)
     if isinstance(sensor.model, BearingModel):
-        return _bearing_bins(bearing_rad(offsets_m))
+        return _bearing_bins(bearing_rad(offsets_m), bearing_bins(sensor.model))
     return _range_bins(np.hypot(offsets_m[:, 0], offsets_m[:, 1]))
 
 
@@ -163,8 +164,13 @@ def _range_of_bins_m(bins: int) -> FloatArray:
     return np.where(number < _GROWING_BINS, growing, even)
 
 
-def _bearing_bins(true_rad: FloatArray) -> NDArray[np.int64]:
-    bins: NDArray[np.int64] = np.floor(true_rad / _BEARING_WIDTH).astype(np.int64) % BEARING_BINS
+def bearing_bins(model: BearingModel) -> int:
+    """Into how many bins the circle is cut: none wider than the least spread, lest readings fall between their middles."""
+    return BEARING_BINS * max(1, math.ceil(math.radians(1.0) / model.least_spread_rad - 1e-9))
+
+
+def _bearing_bins(true_rad: FloatArray, count: int) -> NDArray[np.int64]:
+    bins: NDArray[np.int64] = np.floor(true_rad / (2.0 * np.pi / count)).astype(np.int64) % count
     return bins
 
 
@@ -208,11 +214,13 @@ def _bearing_readings(
     prior: FloatArray, true_rad: FloatArray, range_m: FloatArray, model: BearingModel, *, exact: bool
 ) -> ReadingTable:
     sd_rad, where = model.spread_rad(range_m), np.arange(len(range_m))
+    count = bearing_bins(model)
+    width = 2.0 * np.pi / count
     if not exact:
-        used, where = np.unique(_bearing_bins(true_rad), return_inverse=True)
+        used, where = np.unique(_bearing_bins(true_rad, count), return_inverse=True)
         sd_rad = np.exp(_sums(where, prior * np.log(sd_rad)) / _sums(where, prior))
-        true_rad = np.asarray((used + 0.5) * _BEARING_WIDTH, dtype=float)
-    readings = (np.arange(BEARING_BINS) + 0.5) * _BEARING_WIDTH
+        true_rad = np.asarray((used + 0.5) * width, dtype=float)
+    readings = (np.arange(count) + 0.5) * width
     error_rad = wrapped_rad(readings[None, :] - true_rad[:, None])
     conditional = _rows(np.exp(-0.5 * (error_rad / sd_rad[:, None]) ** 2))
     return ReadingTable(where, conditional, _row_entropy_nat(conditional))

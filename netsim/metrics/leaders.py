@@ -165,9 +165,9 @@ class Leaders:
                 self._left_by = node
 
     def _end_outage(self, node: int, now_ns: int) -> None:
-        """The way of a belief from leader to next leader is no outage."""
-        _, chosen = self._chosen.get(self._left_by, _NO_CHOICE) if self._left_by is not None else _NO_CHOICE
-        if node in chosen:
+        """The way of a belief from leader to next leader is no outage; that the next one begins a track of its own is."""
+        (thread, _), chosen = self._chosen.get(self._left_by, _NO_CHOICE) if self._left_by is not None else _NO_CHOICE
+        if node in chosen and thread in self._threads[node]:
             self._outages.forget()
         self._outages.end(now_ns)
 

@@ -8,12 +8,13 @@ their number, and broadband noise whose power is halved at 300 Hz and falls by 1
 """
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge
 from numpy.typing import NDArray
 
-from netsim.parameters import NonNegative, Positive, PositiveInt, Probability, parameters
+from netsim.parameters import NonNegative, Positive, Probability, parameters
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -30,8 +31,8 @@ class MicrophoneArray:
     """Side of the square; one foot."""
     sampling_hz: Positive = 5000.0
     """Samples of each microphone in a second."""
-    samples: PositiveInt = 512
-    """Of each microphone in one reading."""
+    samples: Annotated[int, Ge(3)] = 512
+    """Of each microphone in one reading; fewer than three have no frequency to tell delays by."""
     window: Literal["none", "hann"] = "none"
     """Weights of the samples before the DFT. Without them a bearing is off by some .1 degree even without noise, since a
     sound does not repeat itself with the DFT's length; with Hann's by less than .01, at a third more spread in noise."""

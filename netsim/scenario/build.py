@@ -15,7 +15,7 @@ from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
 from netsim.problems.problem import Problem
 from netsim.problems.target_distribution import DistributionParameters
-from netsim.problems.tracking import TrackingParameters
+from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.protocols.time_sync import flooding_time_sync
 from netsim.rng import Streams
 from netsim.scenario.links import Air, air_between
@@ -23,7 +23,7 @@ from netsim.scenario.load import LoadedScenario
 from netsim.scenario.make_faults import FaultMaker
 from netsim.scenario.make_mac import MacMaker
 from netsim.scenario.make_medium import make_medium
-from netsim.scenario.make_motion import movers, require_moving_air
+from netsim.scenario.make_motion import movers, require_moving_air, require_still_sensors
 from netsim.scenario.make_network import NetworkMaker
 from netsim.scenario.make_node import Shared, make_parts
 from netsim.scenario.places import Place, places, positions_m
@@ -94,6 +94,7 @@ def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenar
         ids, box_m = [place.id for place in sensing], _box_m(loaded)
         return target_distribution.build(parameters, positions_m(sensing), ids, box_m, streams, routes)
     if isinstance(parameters, TrackingParameters):
+        require_still_sensors(loaded)
         places_m = {place.id: (place.x_m, place.y_m) for place in nodes if place.sensor is not None}
         return tracking.build(parameters, places_m, _box_m(loaded), streams, loaded.folder)
     if isinstance(parameters, GraphParameters):

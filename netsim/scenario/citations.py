@@ -25,7 +25,7 @@ from netsim.models import (
 )
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
-from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution, tracking
+from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution, tracking_parameters
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.scenario.schema import CapacityBattery, DeviceBattery, MainsPower
@@ -66,10 +66,10 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     association.AssociationParameters: Cited("problem", f"{CHEN_2006}, sections 3 and 6.1"),
     graph.GraphParameters: Cited("problem", f"{OWN}; the pairwise form as in {CHEN_2006}, eqs 2 to 5"),
     target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
-    tracking.TrackingParameters: Cited("problem", f"{LIU_2002}, sections 2 to 5"),
-    tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
-    tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
-    tracking.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
+    tracking_parameters.TrackingParameters: Cited("problem", f"{LIU_2002}, sections 2 to 5"),
+    tracking_parameters.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
+    tracking_parameters.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),
+    tracking_parameters.AssumedBearing: Cited("sensor model", f"{LIU_2002}, eq 11 and Fig. 6; slopes are netsim's own"),
     sound.MicrophoneArray: Cited("sensor model", f"{LIU_2002}, section 5.2.1; sound and noise are netsim's own"),
     **_own("track", tracks.WaypointTrack, tracks.FileTrack),
     manoeuvre.ManoeuvreTrack: Cited("track", "Gauss-Markov mobility, Liang and Haas 1999"),
@@ -158,9 +158,9 @@ CITED: Final[Mapping[type[Any], Cited]] = {
 """By the class of the record, or of the model that a device table chooses."""
 
 NAMES: Final[Mapping[type[Any], str]] = {
-    tracking.AcousticTarget: "sound-source",
-    tracking.AssumedAmplitude: "amplitude",
-    tracking.AssumedBearing: "bearing",
+    tracking_parameters.AcousticTarget: "sound-source",
+    tracking_parameters.AssumedAmplitude: "amplitude",
+    tracking_parameters.AssumedBearing: "bearing",
     sound.MicrophoneArray: "microphones",
     modulation.OQpsk: "o-qpsk",
     modulation.NcFsk: "nc-fsk",

@@ -12,7 +12,7 @@ from netsim.models.noise import ReplayedNoiseParameters
 from netsim.models.placement import CsvPlacement
 from netsim.models.tracks import FileTrack
 from netsim.problems.graph import GraphFile, GraphParameters
-from netsim.problems.tracking import AcousticTarget, TrackingParameters
+from netsim.problems.tracking_parameters import AcousticTarget, TrackingParameters
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.schema import DeviceBattery, NodeGroup, Scenario
 

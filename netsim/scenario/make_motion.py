@@ -46,6 +46,26 @@ def require_moving_air(loaded: LoadedScenario, air: MovingAir) -> None:
         raise ScenarioError([loaded.document.finding(("nodes", index, "mobility"), str(error), "")]) from error
 
 
+def require_still_sensors(loaded: LoadedScenario) -> None:
+    """Refuse sensors that move, for a problem whose readings are those at the places where sensors stand at the start.
+
+    Raises:
+        ScenarioError: With a finding at every group of nodes with sensors that moves.
+    """
+    findings = [
+        loaded.document.finding(
+            ("nodes", index, "mobility"),
+            f"sensors that stay where they are, in a problem of type {loaded.scenario.problem.type}",
+            f"nodes with sensors that move: group {group.name}",
+            "let nodes move that have `sensor: null`",
+        )
+        for index, group in enumerate(loaded.scenario.nodes)
+        if group.mobility is not None and group.role == "sensor" and group.sensor is not None
+    ]
+    if findings:
+        raise ScenarioError(findings)
+
+
 def _ways(
     loaded: LoadedScenario,
     index: int,

@@ -20,7 +20,7 @@ from netsim.problems.association import AssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.problems.target_distribution import DistributionParameters
-from netsim.problems.tracking import TrackingParameters
+from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.sim.budget import BudgetParameters
 from netsim.sim.duty_cycle import DutyCycleParameters

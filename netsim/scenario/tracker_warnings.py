@@ -7,7 +7,7 @@ import numpy as np
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.errors import ScenarioError
 from netsim.kernels.semiring import FloatArray
-from netsim.problems.tracking import TrackingParameters
+from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.rng import Streams
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.places import places

@@ -7,18 +7,17 @@ from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import MOST_CELLS
 from netsim.errors import Finding
 from netsim.kernels.grid_belief import grid_over
-from netsim.problems.tracking import TrackingParameters
+from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.reading import Document
 from netsim.reading import Path as ValuePath
 from netsim.scenario.schema import Scenario
 
 
 def tracking_findings(scenario: Scenario, document: Document) -> Iterator[Finding]:
-    """Bearings whose ranges are in order, watchdogs that somebody heeds, beliefs that fit into a hand-off."""
+    """Watchdogs that somebody heeds, beliefs that fit into a hand-off."""
     problem = scenario.problem
     if not isinstance(problem, TrackingParameters):
         return
-    yield from _ranges(problem, document)
     trackers = [record for _, record in algorithms(scenario) if isinstance(record, IdsqParameters)]
     if trackers:
         yield from _watchdogs(problem, trackers, document)
@@ -32,17 +31,6 @@ def algorithms(scenario: Scenario) -> Iterator[tuple[ValuePath, Any]]:
     for index, group in enumerate(scenario.nodes):
         if group.algorithm is not None:
             yield ("nodes", index, "algorithm"), group.algorithm
-
-
-def _ranges(problem: TrackingParameters, document: Document) -> Iterator[Finding]:
-    near_m, far_m = problem.bearing.near_m, problem.bearing.far_m
-    if near_m > far_m:
-        yield document.finding(
-            ("problem", "bearing", "near_m"),
-            f"at most bearing.far_m, {far_m:g} m",
-            f"{near_m:g}",
-            "bearings are surest between the two",
-        )
 
 
 def _watchdogs(problem: TrackingParameters, trackers: list[IdsqParameters], document: Document) -> Iterator[Finding]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from netsim.errors import ScenarioError
 from netsim.models.tracks import Track, track_of
-from netsim.problems.tracking import TrackingParameters
+from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.rng import Streams
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.schema import Scenario

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -87,7 +87,7 @@ class TrackRun:
         targets: The same as it was recorded.
         steps: All beliefs, in order.
         guesses: All estimates, in order.
-        choices: Whom a node chose at a step of a track's thread, the first choice.
+        choices: Whom a node chose at a step of a line: the last whom it tried, among all from whom it could choose.
         leaders: Nodes that ever lead.
         lives: When a node went down (True) or came up.
         outages_ns: When nobody led though a target was there.
@@ -195,7 +195,13 @@ def _take_estimate(run: TrackRun, event: Estimate, now_ns: int) -> None:
 
 
 def _take_handoff(run: TrackRun, event: Handoff, _: int) -> None:
-    run.choices.setdefault((event.node, (event.target, event.thread), event.step), event)
+    """Who is chosen after another one did not take the belief is the next leader; among whom says the first choice."""
+    line = event.target, event.thread
+    step = event.node, line, event.step
+    first = run.choices.setdefault(step, event)
+    last = next((each for each in reversed(run.steps) if each.line == line), None)
+    if last is not None and (last.node, last.line, last.number) == step:  # else it was taken back later on
+        run.choices[step] = replace(first, destination=event.destination)
 
 
 def _take_role(run: TrackRun, event: Role, _: int) -> None:

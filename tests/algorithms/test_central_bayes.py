@@ -1,5 +1,7 @@
 """Centralised tracking: equal to the pure reference on ideal links, and on the radio to the reference fed with what came."""
 
+import json
+import math
 import struct
 from collections import defaultdict
 from pathlib import Path
@@ -124,10 +126,18 @@ def _asleep_s(run) -> float:
     return sum(time_s for node, device, state, time_s in rows if (device, state) == ("radio", "sleep") and node != SINK)
 
 
+def test_every_reading_is_sent_though_it_waits_longer_than_to_the_next_one(central):
+    run = central(*IDEAL, "algorithm.spread_s=0.8", "algorithm.deadline_s=0.95", duration_s=6.0)
+    figures = run.figures()
+    assert figures["fused_readings_least"] == len(run.problem.sensors)
+    assert figures["readings_late"] == 0
+
+
 def test_nodes_stop_when_they_are_told_to(central):
     run = central(*IDEAL, "algorithm.until_s=2", duration_s=9.0)
     assert run.built.simulation.now_ns < 3 * S
-    assert [event.kind for _, event in run.of(AlgorithmRecord)] == ["fused"] * 4
+    fused = [json.loads(event.fields_json) for _, event in run.of(AlgorithmRecord) if event.kind == "fused"]
+    assert [(each["step"], each["readings"]) for each in fused] == [(step, SINK) for step in (1, 2, 3, 4)]
 
 
 @pytest.mark.parametrize("step", [0, 3, 65_535, 65_539])
@@ -135,7 +145,10 @@ def test_a_reading_survives_the_air(step):
     assert decode_reading(encode_reading(step, 1.25, "float16"), "float16") == (step % 65_536, 1.25)
 
 
-@pytest.mark.parametrize("data", [b"", b"\x01", b"\x01\x00", b"\x01\x00\x00", b"\x01\x00" + bytes(8)])
+NAN, INFINITE = (encode_reading(1, number, "float32") for number in (math.nan, math.inf))
+
+
+@pytest.mark.parametrize("data", [b"", b"\x01", b"\x01\x00", b"\x01\x00\x00", b"\x01\x00" + bytes(8), NAN, INFINITE])
 def test_what_is_no_reading_is_refused(data):
     with pytest.raises((ValueError, struct.error)):
         decode_reading(data, "float32")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from netsim.algorithms.idsq_payload import BeliefCoder, BeliefForms
 from netsim.algorithms.idsq_positions import BITMAP, LIST, RUNS, laid_positions, read_positions
 from netsim.kernels.belief_fit import Mixture, divergence_bit, on_grid
-from netsim.kernels.grid_belief import Grid, GridBelief
+from netsim.kernels.grid_belief import Grid, GridBelief, uniform
 
 GRID = Grid((0.0, 0.0), 5.0, 30, 40)
 PRECISIONS = ("float64", "float32", "float16", "uint8")
@@ -26,7 +26,7 @@ def cloud(sd_m: float = 15.0) -> GridBelief:
 def beliefs(draw):
     rng = np.random.default_rng(draw(st.integers(0, 100_000)))
     cells = np.sort(rng.choice(GRID.size, rng.integers(1, 200), replace=False))
-    weights = 10.0 ** rng.uniform(-draw(st.sampled_from([0.1, 5.0, 12.0])), 0.0, len(cells))
+    weights = 10.0 ** rng.uniform(-draw(st.sampled_from([0.1, 5.0, 12.0, 300.0])), 0.0, len(cells))
     return GridBelief(GRID, cells, weights / weights.sum())
 
 
@@ -124,5 +124,16 @@ def test_a_belief_cut_short_is_refused(compression, precision, share):
 
 
 def test_a_grid_of_too_many_cells_is_refused():
-    with pytest.raises(ValueError, match="at most 65,536 can be sent"):
+    with pytest.raises(ValueError, match="at most 65,535 can be sent"):
         BeliefCoder(Grid((0.0, 0.0), 1.0, 300, 300))
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_a_uniform_belief_on_the_largest_grid_survives(compression):
+    belief = uniform(Grid((0.0, 0.0), 1.0, 255, 257))
+    coder = BeliefCoder(belief.grid, "uint8", BeliefForms(compression=compression))
+    decoded = coder.decode(coder.encode(belief).data)
+    np.testing.assert_array_equal(decoded.cells, belief.cells)
+    np.testing.assert_allclose(decoded.probability, belief.probability)
+    with pytest.raises(ValueError, match="65,536 cells"):
+        BeliefCoder(Grid((0.0, 0.0), 1.0, 256, 256))

@@ -58,6 +58,10 @@ def test_amplitude_density_is_eq_6_also_in_far_tails(model, r, z):
     assert found == pytest.approx(log_eq_6_by_quadrature(model, z, r), rel=1e-7, abs=1e-7)
 
 
+def test_a_reading_beyond_all_bounds_is_impossible():
+    assert AmplitudeModel().log_density(1e30, np.array([1.0, 50.0])).tolist() == [-math.inf, -math.inf]
+
+
 def test_the_tails_reach_where_the_density_itself_is_zero():
     model = AmplitudeModel(0.0, 80.0, 0.1)
     found = model.log_density(np.array([100.0, -100.0]), 1000.0)

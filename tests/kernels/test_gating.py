@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from scipy.stats import kstest
+from scipy.stats import kstest, norm
 
 from netsim.kernels.acoustics import AmplitudeModel, BearingModel, SensorSpec
 from netsim.kernels.gating import amplitude_cdf, tail_probability
@@ -16,6 +16,7 @@ from netsim.kernels.grid_belief import Grid, uniform
 GRID = Grid((0.0, 0.0), 5.0, 20, 20)
 AMPLITUDE = SensorSpec((40.0, 30.0), AmplitudeModel(low=0.0, high=80.0, sd=0.1))
 BEARING = SensorSpec((40.0, 30.0), BearingModel())
+PRECISE = SensorSpec((40.0, 30.0), BearingModel(sd_rad=math.radians(0.4)))
 
 
 @settings(deadline=None, max_examples=40)
@@ -49,8 +50,9 @@ def readings(sensor, belief, count, rng):
     return rng.uniform(model.low, model.high, count) / range_m + model.sd * rng.standard_normal(count)
 
 
-@pytest.mark.parametrize("sensor", [AMPLITUDE, BEARING], ids=["amplitude", "bearing"])
-@pytest.mark.parametrize("half_m", [0.0, 30.0])
+@pytest.mark.parametrize(
+    ("sensor", "half_m"), [(AMPLITUDE, 0.0), (AMPLITUDE, 30.0), (BEARING, 0.0), (BEARING, 30.0), (PRECISE, 0.0)]
+)
 def test_tails_of_readings_that_fit_are_uniform(sensor, half_m):
     belief = uniform(GRID, (72.0, 81.0), half_m)
     tails = [
@@ -66,6 +68,17 @@ def test_a_loud_reading_far_from_the_belief_is_an_outlier():
     assert tail_probability(belief, AMPLITUDE, 20.0) < 1e-9
     assert tail_probability(belief, BEARING, math.radians(39.8)) > 0.9
     assert tail_probability(belief, BEARING, math.radians(-140.0)) < 1e-6
+
+
+@pytest.mark.parametrize("sd_deg", [0.1, 1.0, 10.0])
+def test_a_bearing_is_judged_by_its_distance_in_spreads_however_small_those_are(sd_deg):
+    """Of a belief in one cell: the two tails of a normal distribution."""
+    belief = uniform(GRID, (72.0, 81.0), 0.0)
+    sensor = SensorSpec((40.0, 30.0), BearingModel(sd_rad=math.radians(sd_deg)))
+    (offset_m,) = belief.centres_m - np.asarray(sensor.position_m)
+    for spreads in (0.0, 1.0, 2.0, 3.3):
+        reading = math.atan2(*offset_m) + spreads * math.radians(sd_deg)
+        assert tail_probability(belief, sensor, reading) == pytest.approx(2.0 * norm.sf(spreads), rel=0.2)
 
 
 def test_no_reading_is_no_outlier():

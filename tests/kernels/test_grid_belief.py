@@ -87,6 +87,15 @@ def test_far_too_small_likelihoods_do_not_vanish():
     assert log_evidence == pytest.approx(-5000.0 + math.log((1.0 + math.exp(-1.0)) / 3.0), rel=1e-12)
 
 
+def test_no_cell_is_kept_whose_probability_is_too_small_to_be_told_from_zero():
+    grid = Grid((0.0, 0.0), 1.0, 4, 1)
+    after, _ = condition(uniform(grid), np.array([0.0, 0.0, -745.0, -800.0]))
+    assert after.cells.tolist() == [0, 1]
+    assert from_dense(grid, np.array([[1.0, 1.0, 5e-324, 0.0]])).cells.tolist() == [0, 1]
+    rare = GridBelief(grid, np.array([0, 3]), np.array([1.0, 5e-324]))
+    assert (diffuse(rare, 1.0).probability > 0.0).all()
+
+
 @pytest.mark.parametrize("logs", [[-math.inf, -math.inf], [math.nan, math.nan]])
 def test_an_impossible_measurement_leaves_the_belief_as_it_was(logs):
     belief = uniform(Grid((0.0, 0.0), 1.0, 2, 1))

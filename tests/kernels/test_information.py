@@ -53,6 +53,22 @@ def test_the_exact_form_is_that_of_a_much_finer_reading(model, seed):
     assert information_bit(belief, sensor, exact=True) == pytest.approx(fine_information_bit(belief, sensor), abs=5e-4)
 
 
+@pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("sd_deg", [0.3, 0.5])
+def test_bearings_more_precise_than_a_degree_tell_as_much_as_they_do(sd_deg, exact):
+    belief, sensor = compact((90.0, 150.0), 6.0), SensorSpec((70.0, 120.0), BearingModel(sd_rad=math.radians(sd_deg)))
+    expected = fine_information_bit(belief, sensor)
+    assert information_bit(belief, sensor, exact=exact) == pytest.approx(expected, abs=0.005 if exact else 0.05)
+
+
+def test_readings_that_fall_between_the_middles_of_the_bins_are_a_distribution_still():
+    """A hundredth of a degree: twelve cells anywhere are told apart."""
+    sd_rad = math.radians(0.01)
+    model = BearingModel(sd_rad=sd_rad, sd_at_zero_rad=sd_rad, growth_rad_per_m=0.0)
+    belief, sensor = few_cells(0), SensorSpec((70.0, 120.0), model)
+    assert information_bit(belief, sensor, exact=True) == pytest.approx(belief.entropy_bit, rel=1e-6)
+
+
 @EITHER
 def test_the_exact_form_is_that_of_a_much_finer_reading_for_a_belief_close_by(model):
     belief, sensor = compact((71.0, 122.0), 6.0), SensorSpec((70.0, 120.0), model)

@@ -119,6 +119,14 @@ def test_a_choice_of_an_earlier_lead_excuses_nothing() -> None:
     assert (figures["outages"], figures["outage_longest_s"]) == (1, 1.5)
 
 
+def test_a_track_of_its_own_is_not_the_one_that_a_node_was_chosen_for() -> None:
+    """Node 4 tries to hand on to 5 and dies; 5 never gets the belief, and finds the target by itself after 3 s."""
+    rows = ((1.0, leads(4)), (2.0, chooses(4, 5, 1)), (2.0, NodeLife(4, "crashed", "fault")))
+    figures = figures_of(*rows, (5.0, believes(5, 9)), (5.0, leads(5)), (6.0, END))
+    assert (figures["outages"], figures["outage_longest_s"]) == (1, 3.0)
+    assert figures_of(*rows, (5.0, leads(5)), (6.0, END))["outages"] == 0  # the belief was on its way
+
+
 def test_nobody_need_lead_while_no_target_is_there() -> None:
     gone = ((1.0, leads(4)), (2.0, NOBODY), (2.5, leaves(4)), (7.0, TARGET), (8.0, leads(9)), (9.0, END))
     assert figures_of(*gone)["outages"] == 0

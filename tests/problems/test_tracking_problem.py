@@ -14,7 +14,8 @@ from netsim.kernels.grid_belief import condition, uniform
 from netsim.models.sound import MicrophoneArray
 from netsim.models.track_files import TrackPoint
 from netsim.models.tracks import FileTrack, StraightTrack, WaypointTrack
-from netsim.problems.tracking import AcousticTarget, AssumedAmplitude, TrackingParameters, build
+from netsim.problems.tracking import build
+from netsim.problems.tracking_parameters import AcousticTarget, AssumedAmplitude, TrackingParameters
 from netsim.rng import Streams
 from netsim.scenario.build import build as build_scenario
 from netsim.scenario.inputs import Gathering
@@ -174,6 +175,13 @@ def test_without_amplitude_sensors_the_loudest_place_leads_first():
     assert drawn(replace(PARAMETERS, bearing_share=1.0)).first_leader in {1, 2}
 
 
+@pytest.mark.parametrize("odd", [{"cell_m": 7.6}, {"max_speed_m_per_s": 9.9}, {"reading_s": 0.3}])
+def test_cells_that_no_belief_could_leave_are_refused(odd):
+    with pytest.raises(ValueError, match="or no belief ever moves"):
+        replace(PARAMETERS, **odd)
+    replace(PARAMETERS, cell_m=7.5)
+
+
 @pytest.mark.parametrize(("watchdogs", "count"), [("none", 0), ("border", 24), ("all", 40)])
 def test_watchdogs(watchdogs, count):
     problem = drawn(replace(PARAMETERS, watchdogs=watchdogs, border_m=20.0))  # the frame of a 10 by 4 grid
@@ -278,6 +286,42 @@ def test_a_run_s_folder_holds_the_file_of_a_track(tmp_path):
     portable, inputs = Gathering(scenario(tmp_path)).gather()
     assert portable.problem.targets[0].track.file == "inputs/ways.csv"
     assert [each.name for each in inputs] == ["inputs/ways.csv"]
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("bearing: {near_m: 50, far_m: 20}", "near_m at most far_m"),
+        ("bearing: {noise_sd_deg: 0.05}", "expected a number >= 0.1"),
+        ("microphones: {samples: 2}", "expected a whole number >= 3"),
+    ],
+)
+def test_sensors_that_nobody_could_use_are_refused(tmp_path, setting, words):
+    (tmp_path / "tracked.yaml").write_text(
+        SCENARIO.replace("  bearing_share: 0.5\n", f"  {setting}\n"), encoding="utf-8"
+    )
+    with pytest.raises(ScenarioError, match=words):
+        load(tmp_path / "tracked.yaml")
+
+
+WALKER = """\
+  - name: walker
+    SENSOR
+    placement: {type: listed, positions_m: [[10, 10]]}
+    mobility: {type: waypoints, points: [{at_s: 4, x_m: 50, y_m: 10}]}
+"""
+
+
+def test_sensors_that_move_are_refused_since_their_readings_would_not(tmp_path):
+    (tmp_path / "ways.csv").write_text("target,time_s,x_m,y_m\n7,0,50,50\n7,5,60,60\n", encoding="utf-8")
+    path = tmp_path / "tracked.yaml"
+    path.write_text(SCENARIO.replace("problem:", WALKER.replace("SENSOR", "sensor: {}") + "problem:"), encoding="utf-8")
+    with pytest.raises(ScenarioError, match=r"nodes\[1\].mobility: expected sensors that stay .* group walker"):
+        build_scenario(load(path))
+    path.write_text(
+        SCENARIO.replace("problem:", WALKER.replace("SENSOR", "sensor: null") + "problem:"), encoding="utf-8"
+    )
+    assert len(build_scenario(load(path)).problem.sensors) == 20
 
 
 RULES = """

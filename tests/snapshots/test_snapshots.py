@@ -42,6 +42,12 @@ def test_an_instant_is_that_of_the_last_belief(run: TrackRun) -> None:
     assert moment(run, 7 * HALF_S).down == {3}
 
 
+def test_the_arrow_goes_to_who_took_the_belief_in_the_end(tmp_path: Path) -> None:
+    now = moment(load_track(write_track(tmp_path / "track.mcap", refused=True)), 2 * HALF_S + 1).tracks[0, 0]
+    assert now.choice is not None
+    assert (now.choice.destination, list(now.choice.candidate)) == (0, [3, 0])
+
+
 def test_an_old_belief_is_no_belief(run: TrackRun) -> None:
     assert list(moment(run, 7 * HALF_S + 10 * HALF_S).tracks) == [(0, 0)]
     assert moment(run, 7 * HALF_S + 10 * HALF_S + 1).tracks == {}

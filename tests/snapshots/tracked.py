@@ -21,11 +21,13 @@ STEPS = 8
 _KINDS = ["amplitude", "bearing", "amplitude", "amplitude"]
 
 
-def write_track(path: Path, *, central: bool = False, beliefs: bool = True) -> Path:
+def write_track(path: Path, *, central: bool = False, beliefs: bool = True, refused: bool = False) -> Path:
     """A target goes north at 10 m/s through four sensors and a sink; step k is at k / 2 s.
 
     The belief of step 0 is uniform; that of a later one is in the cell of the target and, a third as probable, the one to
     its east. The leader of step k is sensor k modulo 4, it chooses among the two that follow; sensor 3 crashes at 3.25 s.
+    With `refused` the first choice does not answer in step 2, so that the second one is tried, and at 1.75 s, one belief
+    later, the leader of step 2 takes the track back and tries the first again.
     """
     with TraceWriter(path, {"scenario": "by hand", "seed": "4"}) as writer:
         none, names = [""] * 5, ["a", "b", "c", "d", "centre"]
@@ -37,6 +39,9 @@ def write_track(path: Path, *, central: bool = False, beliefs: bool = True) -> P
         writer.write(Problem("tracking", json.dumps({"sensors": sensors, "cut_off_m": 20.0})), 0)
         for step in range(STEPS):
             _write_step(writer, step, central, beliefs)
+            if refused and step in (2, 3):
+                to = 0 if step == 2 else 3
+                writer.write(Handoff(2, 0, 2, to, [to], [0.25], "grid", 14, 0.0), step * HALF_S + HALF_S // 2)
     return path
 
 

@@ -66,8 +66,8 @@ METRICS = (
             "1",
             "lower",
             "How often the last leader of all ceases to lead while a target is there, and next leads another node than "
-            "the one it had chosen: the way of a belief from leader to next leader is no outage. One lasts until a node "
-            "leads, the last target leaves or the run ends.",
+            "the one it had chosen for its track, or that one another track: the way of a belief from leader to next "
+            "leader is no outage. One lasts until a node leads, the last target leaves or the run ends.",
             f"{LEADERS}, TruthTargets",
         ),
         ("outage_total_s", "s", "lower", "Length of the outages, sum.", f"{LEADERS}, TruthTargets"),
