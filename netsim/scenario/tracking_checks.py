@@ -14,11 +14,10 @@ from netsim.scenario.schema import Scenario
 
 
 def tracking_findings(scenario: Scenario, document: Document) -> Iterator[Finding]:
-    """Bearings whose ranges are in order, watchdogs that somebody heeds, beliefs that fit into a hand-off."""
+    """Watchdogs that somebody heeds, beliefs that fit into a hand-off."""
     problem = scenario.problem
     if not isinstance(problem, TrackingParameters):
         return
-    yield from _ranges(problem, document)
     trackers = [record for _, record in algorithms(scenario) if isinstance(record, IdsqParameters)]
     if trackers:
         yield from _watchdogs(problem, trackers, document)
@@ -32,17 +31,6 @@ def algorithms(scenario: Scenario) -> Iterator[tuple[ValuePath, Any]]:
     for index, group in enumerate(scenario.nodes):
         if group.algorithm is not None:
             yield ("nodes", index, "algorithm"), group.algorithm
-
-
-def _ranges(problem: TrackingParameters, document: Document) -> Iterator[Finding]:
-    near_m, far_m = problem.bearing.near_m, problem.bearing.far_m
-    if near_m > far_m:
-        yield document.finding(
-            ("problem", "bearing", "near_m"),
-            f"at most bearing.far_m, {far_m:g} m",
-            f"{near_m:g}",
-            "bearings are surest between the two",
-        )
 
 
 def _watchdogs(problem: TrackingParameters, trackers: list[IdsqParameters], document: Document) -> Iterator[Finding]:

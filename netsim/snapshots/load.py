@@ -87,7 +87,7 @@ class TrackRun:
         targets: The same as it was recorded.
         steps: All beliefs, in order.
         guesses: All estimates, in order.
-        choices: Whom a node chose at a step of a track's thread: the last whom it tried, among all whom it could choose.
+        choices: Whom a node chose at a step of a line: the last whom it tried, among all from whom it could choose.
         leaders: Nodes that ever lead.
         lives: When a node went down (True) or came up.
         outages_ns: When nobody led though a target was there.

@@ -17,7 +17,6 @@ CENTRAL = Path("scenarios/liu2002/central.yaml")
         (["problem.watchdogs=border"], "problem.watchdogs", "border with robust: false"),
         (["problem.watchdogs=all"], "problem.watchdogs", "all with robust: false"),
         (["problem.cell_m=0.5"], "problem.cell_m", "0.5 m, 300 by 500 cells"),
-        (["problem.bearing.near_m=200"], "problem.bearing.near_m", "200"),
     ],
 )
 def test_what_cannot_work_is_refused(overrides, path, got):
@@ -33,7 +32,6 @@ def test_what_cannot_work_is_refused(overrides, path, got):
     [
         (TRACKING, ["problem.watchdogs=border", "algorithm.robust=true"]),
         (TRACKING, ["problem.cell_m=1"]),
-        (TRACKING, ["problem.bearing.near_m=100"]),
         (CENTRAL, ["problem.watchdogs=border"]),  # nobody watches there, and nobody waits for it
         (CENTRAL, ["problem.cell_m=0.5"]),
     ],
