@@ -24,11 +24,11 @@ class Book:
 
     def __init__(self) -> None:
         self._latest: dict[Thread, Heard] = {}
-        self._spoke_ns: dict[tuple[Thread, int], int] = {}
+        self._said: dict[tuple[Thread, int], Heard] = {}
 
     def note(self, claim: Claim, source: int, now_ns: int) -> None:
-        """Take down a claim, unless one is known that counts more, and that its source has spoken."""
-        self._spoke_ns[claim.thread, source] = now_ns
+        """Take down what a node says, and the claim itself unless one is known that counts more."""
+        self._said[claim.thread, source] = Heard(claim, now_ns)
         known = self._latest.get(claim.thread)
         if known is None or known.claim.rank <= claim.rank:
             self._latest[claim.thread] = Heard(claim, now_ns)
@@ -42,6 +42,7 @@ class Book:
         """The claims that count and that were heard at a time or later."""
         return (heard.claim for heard in self._latest.values() if heard.heard_ns >= time_ns)
 
-    def spoke_since(self, thread: Thread, node: int, time_ns: int) -> bool:
-        """Whether a node has said anything of a thread at a time or later."""
-        return self._spoke_ns.get((thread, node), -1) >= time_ns
+    def said_since(self, thread: Thread, node: int, time_ns: int) -> Claim | None:
+        """What a node has said last of a thread, if at a time or later."""
+        heard = self._said.get((thread, node))
+        return None if heard is None or heard.heard_ns < time_ns else heard.claim

@@ -76,7 +76,7 @@ class Guards:
     def _is_relieved(self, held: Held, successor: int) -> bool:
         """Whether somebody else leads by now, or nobody."""
         claim = self._station.book.latest(held.thread)
-        if claim is None or claim.leader == successor:
+        if claim is None or claim.leader in (successor, self._station.node.id):
             return False
         return claim.rank > (held.turn.epoch, held.turn.step, -successor)
 
@@ -86,14 +86,15 @@ class Guards:
         return claim is not None and (claim.turn.epoch, claim.turn.step) >= (held.turn.epoch, step)
 
     def _answers(self, held: Held, successor: int) -> Op[bool]:
-        """Whether the successor says anything when it is asked."""
+        """Whether the successor, when it is asked, says who leads; that the guard itself does is no help."""
         node = self._station.node
         for _ in range(QUESTIONS):
             asked_ns = node.now_ns
             yield from node.send(successor, ALIVE, encode_question(held.thread, held.turn)).wait()
             yield from node.pause(s_to_ns(self._station.parameters.answer_s))
-            if self._station.book.spoke_since(held.thread, successor, asked_ns):
-                return True
+            said = self._station.book.said_since(held.thread, successor, asked_ns)
+            if said is not None:
+                return said.leader != node.id
             if self._is_relieved(held, successor):
                 return True
         return False

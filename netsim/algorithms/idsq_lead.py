@@ -202,8 +202,11 @@ class Leaders:
                 self._on_handed_on(fork, successor)
 
     def _is_rival(self, claim: Claim, own: Held) -> bool:
+        """Whether somebody leads by better right; not who said so just before he handed this very belief on."""
         me = self._station.node.id
-        return claim.leader != me and claim.rank > (own.turn.epoch, own.turn.step, -me)
+        if claim.leader == me or (claim.leader == own.previous and claim.turn == own.turn):
+            return False
+        return claim.rank > (own.turn.epoch, own.turn.step, -me)
 
     def _is_elder(self, claim: Claim, own: Held) -> bool:
         """Whether a claim is that of an older track of the same target."""

@@ -7,7 +7,20 @@ import pytest
 from idsq_rig import RADIO, Run, S, world
 
 from netsim.algorithms.idsq import Idsq
-from netsim.algorithms.idsq_messages import HANDOFF, Held, Thread, Turn, decode_handoff
+from netsim.algorithms.idsq_messages import (
+    ALIVE,
+    HANDOFF,
+    LEAD,
+    TAKEN,
+    Claim,
+    Held,
+    Thread,
+    Turn,
+    decode_handoff,
+    encode_claim,
+    encode_taken,
+    turn_of,
+)
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.idsq_payload import BeliefCoder, BeliefForms
 from netsim.algorithms.idsq_station import Station
@@ -16,7 +29,7 @@ from netsim.kernels.acoustics import AmplitudeModel, SensorSpec
 from netsim.kernels.grid_belief import Grid, uniform
 from netsim.kernels.tracking_model import TrackingKnowledge
 from netsim.testing import run_algorithm
-from netsim.trace.events import Belief, EnergyBudget, Log, NodeLife, Role
+from netsim.trace.events import AlgorithmRecord, Belief, EnergyBudget, Log, NodeLife, Role
 
 CSMA = "{type: csma}"
 GRID = Grid((0.0, 0.0), 5.0, 10, 10)
@@ -144,6 +157,56 @@ def test_a_hand_off_that_comes_again_after_the_node_has_handed_on_is_not_led_aga
     led = [(event.node, event.holds) for _, event in run.of(Role) if event.role == "leader"]
     assert led.count((1, 1)) == 1
     assert len({node for node, _ in led}) > 1
+
+
+def claims(node, time_s, leader):
+    """Node 0 says who leads what it has handed over."""
+    yield from node.pause_until(round(time_s * S))
+    node.send(1, LEAD, encode_claim(Claim(Thread(0), Turn(0, 0), leader, (0.0, 0.0)), GRID.origin_m))
+
+
+class HandsOverAndClaims(HandsOver):
+    """What node 0 says as it hands the belief on comes after the belief."""
+
+    def run(self, node):
+        yield from super().run(node)
+        if node.id == 0:
+            yield from claims(node, 0.2, leader=0)
+
+
+def test_what_the_leader_before_said_as_it_handed_the_belief_on_makes_nobody_step_down():
+    parameters = IdsqParameters(until_s=1.4, robust=True)
+    algorithm = HandsOverAndClaims([0.1], 0, parameters)
+    run = run_algorithm(algorithm, 4, knowledge=knowledge, observe=lambda _: [2.0]).require_success()
+    assert [event.kind for _, event in run.of(AlgorithmRecord)] == []
+    assert next((event.node, event.step) for _, event in run.of(Belief)) == (1, 1)
+
+
+class Forgets(HandsOver):
+    """Nodes 2 and 3 take a belief, and answer that whoever gave it leads."""
+
+    def run(self, node):
+        if node.id not in (2, 3):
+            yield from super().run(node)
+            return
+        while True:
+            message = yield from node.receive(kinds={HANDOFF, ALIVE}, timeout_ns=2 * S)
+            if message is None:
+                return
+            if message.kind == HANDOFF:
+                held = decode_handoff(message.payload, message.source, BeliefCoder(GRID).decode)
+                node.send(message.source, TAKEN, encode_taken(held, 1.0))
+            else:
+                claim = Claim(*turn_of(message.payload), message.source, (0.0, 0.0))
+                node.send(message.source, LEAD, encode_claim(claim, GRID.origin_m))
+
+
+def test_a_guard_that_is_told_to_lead_takes_the_track_back():
+    parameters = IdsqParameters(until_s=2.4, robust=True)
+    run = run_algorithm(Forgets([0.1], 0, parameters), 4, knowledge=knowledge, observe=lambda _: [2.0])
+    kinds = [(event.node, event.kind) for _, event in run.require_success().of(AlgorithmRecord)]
+    assert len(kinds) >= 2  # the one that it hands on to then forgets it too
+    assert set(kinds) == {(1, "taken-back")}
 
 
 @pytest.mark.parametrize(("form", "operations"), [("grid", 100 * 24), ("gaussian", 100 * 35)])
