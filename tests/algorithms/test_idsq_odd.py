@@ -103,6 +103,13 @@ def test_a_tracker_that_drops_no_cell_tracks_in_every_precision(tmp_path, payloa
     assert min(min(event.probability) for _, event in run.of(Belief)) > 0.0
 
 
+def test_the_first_update_of_a_new_track_takes_its_time(tmp_path):
+    """Ten ms to sense, 150 to elect, and then what the processor needs for a square of 100 m."""
+    run = Run(world(tmp_path, "robust: true", problem="watchdogs: all\n  first_leader: none", duration_s=2))
+    time_ns, _ = next((time_ns, event) for time_ns, event in run.of(Role) if event.role == "leader")
+    assert 160_000_000 < time_ns % (S // 2) < 163_000_000
+
+
 GARBLED = (
     "faults: [{type: corruption, share: 0.2, undetected_share: 1}, {type: duplication, share: 0.3, mean_delay_s: 0.3}]"
 )
