@@ -57,8 +57,11 @@ class Leaders:
         return list(self._led)
 
     def claims(self) -> list[Claim]:
-        """What it would say of them."""
-        return [claim_of(leadership.held, self._station.node.id) for leadership in self._led.values()]
+        """What it says of them when it is asked: of the step before, lest it outdo a hand-off that is on its way."""
+        return [
+            replace(claim, turn=replace(claim.turn, step=max(claim.turn.step - 1, 0)))
+            for claim in (claim_of(leadership.held, self._station.node.id) for leadership in self._led.values())
+        ]
 
     def held(self, thread: Thread) -> Held | None:
         """What it holds of a thread; None if it does not lead it."""

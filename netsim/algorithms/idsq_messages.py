@@ -1,7 +1,8 @@
 """What the nodes of the IDSQ tracker say to each other, and what a leader holds.
 
-Kinds: `handoff` the belief; `taken` the answer of who leads now; `lead` a claim, broadcast once a step, and the answer to
-`alive`; `alive` a guard's question to its successor; `detect` a watchdog's alarm.
+Kinds: `handoff` the belief; `taken` the answer of who leads now; `lead` a claim, broadcast once a step, the answer to
+`alive`, and what is passed on of claims after an alarm; `alive` a guard's question to its successor; `detect` a watchdog's
+alarm.
 """
 
 from collections.abc import Callable

@@ -120,7 +120,11 @@ class Station:
         claim = claim_of(held, leader)
         self.book.note(claim, self.node.id, self.node.now_ns)
         if self.parameters.robust:
-            self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
+            self.repeat(claim)
+
+    def repeat(self, claim: Claim) -> None:
+        """Tell everybody in reach who leads a thread."""
+        self.node.broadcast(LEAD, encode_claim(claim, self.knowledge.grid.origin_m))
 
     def tell(self, claim: Claim, other: int) -> None:
         """Tell one node who leads a thread."""

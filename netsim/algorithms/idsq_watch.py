@@ -2,15 +2,21 @@
 
 Who hears an alarm senses too. A candidate speaks after a random time, the sooner the louder, unless a louder one has spoken
 before (Chang and Roberts 1979, with one hop of the air for the ring): so most of them never speak at all.
+
+A target may be heard farther than a radio reaches. So who hears an alarm and a leader's claim as well passes the claim on,
+lest who hears no leader begin a second track of the same target: after a random time, unless somebody else has done so
+before (Floyd, Jacobson, Liu, McCanne, Zhang 1997, who suppress repairs likewise).
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from netsim.algorithms.idsq_lead import Leaders
 from netsim.algorithms.idsq_messages import (
     DETECT,
     NOBODY,
+    Claim,
     Held,
     Thread,
     Turn,
@@ -29,6 +35,8 @@ INHIBITED_STEPS = 3
 """A claim keeps watchdogs quiet for so many readings: one or two may be lost."""
 SPOKEN_BY = 0.6
 """Candidates speak within this share of the election."""
+PASSED_ON_BY = 0.3
+"""Claims are passed on within this share of an election after the alarm, so that they come before its end."""
 
 
 @dataclass(slots=True)
@@ -64,10 +72,28 @@ class Watch:
         """Somebody has raised the alarm: sense too, unless one has done so already."""
         step, code = decode_alarm(alarm.payload)
         rival = (code, -alarm.source)
+        if any(self._ongoing()):
+            self._station.node.spawn(self._pass_on(self._station.node.now_ns))
         if self._election is not None:
             self._election.best = max(self._election.best, rival)
         elif self._may_begin() and step >= self._station.step - 1:
             self._station.node.spawn(self._stand(self._station.step, rival))
+
+    def _pass_on(self, alarm_ns: int) -> Op[None]:
+        """Repeat what leaders have claimed, but for what has been heard since the alarm."""
+        station, node = self._station, self._station.node
+        longest_ns = PASSED_ON_BY * s_to_ns(station.parameters.watch.election_s)
+        yield from node.pause(round(float(node.rng("passing-on").random()) * longest_ns))
+        said = {claim.thread for claim in station.book.since(alarm_ns)}
+        for claim in self._ongoing():
+            if claim.thread not in said:
+                station.repeat(claim)
+
+    def _ongoing(self) -> Iterator[Claim]:
+        """Claims of the present or the last interval: by their steps, so that none goes round for ever."""
+        station = self._station
+        claims = station.book.since(station.node.now_ns - INHIBITED_STEPS * station.step_ns)
+        return (claim for claim in claims if claim.leader != NOBODY and claim.turn.step >= station.step - 1)
 
     def _may_begin(self) -> bool:
         """Whether it measures loudness, takes part in no election, and nobody tracks nearby."""

@@ -1,6 +1,7 @@
 """Watchdogs begin tracks and end them; several tracks, several threads; outliers; sleep."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from netsim.kernels.acoustics import AmplitudeModel
 from netsim.kernels.gating import detection_threshold
 from netsim.kernels.grid_belief import Grid
 from netsim.kernels.tracking_model import TrackingKnowledge
+from netsim.scenario.load import load
 from netsim.trace.events import EnergyLedger, Estimate, Handoff, MessageSent
 
 CSMA = "{type: csma}"
@@ -113,6 +115,61 @@ def test_watchdogs_need_claims():
     knowledge = TrackingKnowledge(None, {}, 40.0, 2, grid, reading_s=0.5, max_speed_m_per_s=15.0, is_watchdog=True)
     with pytest.raises(AlgorithmError, match="`robust: true`"):
         next(Idsq(IdsqParameters()).run(SimpleNamespace(knowledge=knowledge)))
+
+
+LINE = """
+kind: scenario
+schema_version: 1
+name: line
+duration_s: 10
+field: {{width_m: 120, height_m: 120}}
+nodes:
+  - {{name: sensors, placement: {{type: listed, positions_m: [{places}]}}, radio: cc2420, cpu: sh4_7751}}
+medium: {{type: unit-disk, radius_m: 45}}
+mac: {{type: csma}}
+problem:
+  type: tracking
+  targets: [{{track: {{type: straight, from_m: [60, 20], to_m: [60, 30], speed_m_per_s: 1}}, amplitude: 40}}]
+  bearing_share: 0
+  neighbourhood_m: 1
+  least_neighbours: 0
+  watchdogs: all
+algorithm: {{type: idsq, robust: true}}
+"""
+LEADER, FAR, BETWEEN = "[60, 20]", "[60, 95]", "[57, 57], [63, 57]"
+
+
+def test_who_hears_the_target_but_not_the_leader_is_told_of_the_track_by_those_between(tmp_path):
+    """The far node is 75 m from the leader, who hands on to nobody, and hears the target at 65 m and more."""
+
+    def run(*places):
+        path = tmp_path / "line.yaml"
+        path.write_text(LINE.format(places=", ".join(places)))
+        return Run(load(path))
+
+    assert {node for _, node, _ in tracks(run(LEADER, FAR))} == {1}
+    told = run(LEADER, FAR, BETWEEN)
+    assert not tracks(told)
+    sent = [(event.kind, event.source) for time_ns, event in told.of(MessageSent) if time_ns > S]
+    alarms = [node for kind, node in sent if kind == "detect"]
+    repeated = [node for kind, node in sent if kind == "lead" and node != 0]
+    assert set(alarms) == {1}
+    assert set(repeated) == {2, 3}
+    assert len(alarms) <= len(repeated) < 2 * len(alarms)  # one is quiet where it hears the other in time
+
+
+@pytest.mark.parametrize("repetition", [11, 15, 93])
+def test_a_leader_that_answers_an_alarm_does_not_outdo_its_hand_off(repetition):
+    """In these worlds the next leader raises an alarm while the belief is on its way to it."""
+    watching = ["algorithm.robust=true", "problem.watchdogs=all", "algorithm.watch={detection_amplitude: 1}"]
+    path = Path(__file__).parents[2] / "scenarios/liu2002/radio.yaml"
+    run = Run(load(path, [*watching, f"repetition={repetition}", "duration_s=1.4"]))
+    sent = [event for time_ns, event in run.of(MessageSent) if time_ns < S]
+    (handoff,) = [event for event in sent if event.kind == "handoff"]
+    assert any(event.kind == "detect" and event.source == handoff.destination for event in sent)
+    assert any(event.kind == "lead" and event.destination == handoff.destination for event in sent)
+    assert not run.records("stepped-down")
+    assert any(event.node == handoff.destination and time_ns > S for time_ns, event in run.of(Handoff))
 
 
 # --- threads and outliers ---------------------------------------------------------------------------------------------
