@@ -12,7 +12,7 @@ def track(
     trace: Trace,
     out: Annotated[
         Path | None,
-        typer.Option(help="Write a picture (.png or .svg): one panel an instant, and the error over time."),
+        typer.Option(help="Write a picture (.png or .svg) into a folder that exists."),
     ] = None,
     at: Annotated[
         list[float] | None,
@@ -23,8 +23,8 @@ def track(
 ) -> None:
     """Show how a target is tracked: the belief of where it is, who leads, among whom the next leader was chosen.
 
-    Prints a line for every belief, or for those of the instants asked for. The picture has a map of each instant, three in
-    all unless asked otherwise, after Liu, Reich, Zhao 2002, Fig. 8.
+    Prints a line for every belief; with --at or --out one for those of the instants shown. The picture has a map of each
+    instant, three in all unless --at says which, after Liu, Reich, Zhao 2002, Fig. 8, and the error over time below.
     """
     from netsim.cli.track import track_command
 

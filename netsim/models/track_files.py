@@ -12,6 +12,7 @@ from netsim.units import NS_PER_S, s_to_ns
 
 COLUMNS = ("time_s", "x_m", "y_m")
 TARGET = "target"
+_ORDER = "order the rows of a target"
 
 
 @parameters
@@ -106,7 +107,7 @@ def _row_findings(file: str, rows: Sequence[_Row]) -> Iterator[Finding]:
             if not math.isfinite(value):
                 yield Finding(file, row.line, column, "a number of metres", f"`{cell}`")
         if not math.isfinite(at_s) or s_to_ns(at_s) <= last_ns:
-            expected = "a time from 0 s on" if last_ns < 0 else f"a time above {last_ns / NS_PER_S:g} s"
-            yield Finding(file, row.line, COLUMNS[0], expected, f"`{row.cells[0]}`", "order the rows of a target")
+            known = ("a time from 0 s on", "") if last_ns < 0 else (f"a time above {last_ns / NS_PER_S:g} s", _ORDER)
+            yield Finding(file, row.line, COLUMNS[0], known[0], f"`{row.cells[0]}`", known[1])
         else:
             last_ns = s_to_ns(at_s)

@@ -109,6 +109,14 @@ def test_of_two_tracks_of_one_target_the_younger_ends(tmp_path):
     assert left == {tracks(run)[0][2]["track"]}
 
 
+def test_watchdogs_need_claims():
+    """Scenarios without are refused when they are loaded; a node that is given such knowledge otherwise says so."""
+    grid = Grid((0.0, 0.0), 5.0, 10, 10)
+    knowledge = TrackingKnowledge(None, {}, 40.0, 2, grid, reading_s=0.5, max_speed_m_per_s=15.0, is_watchdog=True)
+    with pytest.raises(AlgorithmError, match="`robust: true`"):
+        next(Idsq(IdsqParameters()).run(SimpleNamespace(knowledge=knowledge)))
+
+
 LINE = """
 kind: scenario
 schema_version: 1
@@ -162,14 +170,6 @@ def test_a_leader_that_answers_an_alarm_does_not_outdo_its_hand_off(repetition):
     assert any(event.kind == "lead" and event.destination == handoff.destination for event in sent)
     assert not run.records("stepped-down")
     assert any(event.node == handoff.destination and time_ns > S for time_ns, event in run.of(Handoff))
-
-
-def test_watchdogs_need_claims():
-    """Scenarios without are refused when they are loaded; a node that is given such knowledge otherwise says so."""
-    grid = Grid((0.0, 0.0), 5.0, 10, 10)
-    knowledge = TrackingKnowledge(None, {}, 40.0, 2, grid, reading_s=0.5, max_speed_m_per_s=15.0, is_watchdog=True)
-    with pytest.raises(AlgorithmError, match="`robust: true`"):
-        next(Idsq(IdsqParameters()).run(SimpleNamespace(knowledge=knowledge)))
 
 
 # --- threads and outliers ---------------------------------------------------------------------------------------------

@@ -89,7 +89,7 @@ def _plot(view: View, maps: Maps) -> Plot:
     drawn: Any = None
     for axis, (variant, found) in zip(axes.flat, maps.by_variant.items(), strict=False):
         drawn = _map(axis, found, found[maps.energy] * scale.factor, norm)
-        axis.set_title(wrap(view.name(variant)))
+        axis.set_title(wrap(view.name(variant), 26 if axes.shape[1] < 4 else 20))
     for axis in list(axes.flat)[len(maps.by_variant) :]:
         axis.set_axis_off()
     axis_format = FuncFormatter(plain_tick) if isinstance(norm, LogNorm) else None
