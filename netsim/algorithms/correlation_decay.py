@@ -70,7 +70,7 @@ class _Sensor:
         self._node, self._knowledge, self._parameters = node, knowledge, parameters
         self._reports: dict[int, SensorReport] = {}
         self._own: bytes | None = None
-        self._factors = Factors(node, s_to_ns(parameters.request_s))
+        self._factors = Factors(node, s_to_ns(parameters.request_s), parameters.request_attempts)
         self._statistics = Statistics()
 
     def run(self) -> Op[None]:
@@ -174,7 +174,7 @@ class _Sensor:
                 for observer in self._observers(known.events[vertex - known.graph.measurements])
             }
             missing = wanted - self._reports.keys() - silent
-            if not missing or task.is_short:
+            if not missing:
                 return known
             yield from self._ask(missing, target, task)
             silent |= missing - self._reports.keys()

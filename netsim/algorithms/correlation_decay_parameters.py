@@ -75,7 +75,9 @@ class CorrelationDecayParameters:
     target: TargetParameters | None = None
     """Grow t for a narrow interval, up to `depth`; by default t is `depth` from the start."""
     request_s: Positive = 2.0
-    """After how long an unanswered request for factors is sent again."""
+    """After how long an unanswered request for factors is sent again; an owner who is still at work then says so."""
+    request_attempts: PositiveInt = 3
+    """How often in a row it is sent without a sign of life before the asker stands in for the owner."""
     until_s: Positive = 60.0
     """When nodes stop answering others, and the algorithm ends."""
     payload: FloatWidth = "float64"
