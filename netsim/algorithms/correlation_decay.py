@@ -89,6 +89,8 @@ class _Sensor:
         estimates = yield from self._estimates(known, pairs, depth, names)
         interval = DecayInterval(known.graph, known.incomplete)
         bounds = [interval.pair(j, k, depth) for j, k in pairs]
+        if parameters.target is not None:
+            estimates = [min(max(p, low), high) for p, (low, high) in zip(estimates, bounds, strict=True)]
         yield from charge(node, interval.operations + _WEIGHT_OPERATIONS * known.graph.weights.size)
         record_pairs(node, self._knowledge.first_variable, known, pairs, estimates, bounds, depth)
         yield from node.pause_until(s_to_ns(parameters.until_s))

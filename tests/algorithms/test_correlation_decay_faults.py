@@ -212,8 +212,10 @@ def test_a_target_is_reached_or_everything_was_tried(seed, hops, depth, width):
     scene = problem(seed)
     found = stated(scene, parameters(hops, depth=depth, target=TargetParameters(interval_width=width)))
     holds(scene, found)
-    for (j, _), (_, low, high) in found.told.items():
+    exact = association_probabilities(scene.instance.weights)
+    for (j, k), (p, low, high) in found.told.items():
         used = found.depth[scene.instance.owners[j]]
+        assert abs(p - exact[j, k]) <= high - low + 1e-12
         assert used <= depth
         assert used % 2 == 0 or used == depth
         assert high - low <= width or used == depth
@@ -225,10 +227,9 @@ def test_with_depth_enough_a_target_is_always_reached_by_asking(seed, hops):
     """Nothing was flooded, or little: what is missing is asked for, and all intervals become points."""
     scene = problem(seed, replace(PROBLEM, events=replace(PROBLEM.events, count=4)))
     found = stated(scene, parameters(hops, depth=9, target=TargetParameters(interval_width=1e-9)))
+    exact = association_probabilities(scene.instance.weights)
     assert all(high - low <= 1e-9 for _, low, high in found.told.values())
-    assert found.probabilities == pytest.approx(
-        {pair: association_probabilities(scene.instance.weights)[pair] for pair in found.told}, rel=1e-8
-    )
+    assert all(abs(p - exact[pair]) <= 1e-9 for pair, p in found.probabilities.items())
 
 
 @fast
@@ -338,8 +339,8 @@ def test_a_sensor_that_misreads_is_what_intervals_do_not_cover(scenarios):
 
 
 def test_an_allowance_that_is_used_up_leaves_what_holds(scenarios):
-    """After a third of a second nobody passes on anything, and who reboots cannot measure; nobody takes that for an answer."""
-    crash = "faults=[{type: crash, nodes: [0, 3, 6], at_s: 0.02, reboot_after_s: 1}]"
+    """After a third of a second nobody passes anything on, and who reboots cannot measure: nobody takes that for an answer."""
+    crash = "faults=[{type: crash, nodes: [0, 3, 6], at_s: 0.5, reboot_after_s: 1}]"
     found = shipped(scenarios, "nodes.0.budget={allowance_j: 0.02}", crash)
     assert found["interval_misses"] == 0
     assert found["gated_pairs_told_share"] < 1.0
