@@ -33,8 +33,8 @@ class TargetParameters:
     """Go on until the certified interval of each of a node's pairs is narrow enough.
 
     A node grows t by two, asks the sensors that may have missing measurements of events within that distance, and computes
-    the interval again, until it is as narrow as asked, `depth` is reached, or the allowance is spent. It then states what the
-    estimator finds, or the nearer end where that is outside the interval: so a probability is off by no more than its width.
+    the interval again, until it is as narrow as asked, `depth` is reached, or the allowance is spent. What the
+    estimator finds is then brought into the interval: a stated probability is off by no more than the width.
     """
 
     interval_width: Annotated[float, Ge(0), Le(1)] = 0.05
