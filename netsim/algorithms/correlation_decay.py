@@ -70,7 +70,7 @@ class _Sensor:
         self._node, self._knowledge, self._parameters = node, knowledge, parameters
         self._reports: dict[int, SensorReport] = {}
         self._own: bytes | None = None
-        self._factors = Factors(node, s_to_ns(parameters.request_s))
+        self._factors = Factors(node, s_to_ns(parameters.request_s), parameters.request_attempts)
         self._statistics = Statistics()
 
     def run(self) -> Op[None]:
@@ -89,6 +89,8 @@ class _Sensor:
         estimates = yield from self._estimates(known, pairs, depth, names)
         interval = DecayInterval(known.graph, known.incomplete)
         bounds = [interval.pair(j, k, depth) for j, k in pairs]
+        if parameters.target is not None:
+            estimates = [min(max(p, low), high) for p, (low, high) in zip(estimates, bounds, strict=True)]
         yield from charge(node, interval.operations + _WEIGHT_OPERATIONS * known.graph.weights.size)
         record_pairs(node, self._knowledge.first_variable, known, pairs, estimates, bounds, depth)
         yield from node.pause_until(s_to_ns(parameters.until_s))
@@ -174,7 +176,7 @@ class _Sensor:
                 for observer in self._observers(known.events[vertex - known.graph.measurements])
             }
             missing = wanted - self._reports.keys() - silent
-            if not missing or task.is_short:
+            if not missing:
                 return known
             yield from self._ask(missing, target, task)
             silent |= missing - self._reports.keys()

@@ -3,9 +3,9 @@
 A node multiplies the factors of the vertices it owns, as long as they stand first in the list, and sends the rest of the
 list, with all that is removed by then, to the owner of the next; the product comes back the way the request went. Requests
 are served side by side: a node that waits for an answer serves others, so that they cannot wait for each other in a circle.
-Who does not know yet what its factors depend on, since its part of the flood goes on, says that it will. A request that
-stays without any sign of life is sent again; after some times the node stands in for the silent owner, with what it knows
-itself, and from then on until it hears from that owner.
+Who does not know yet what its factors depend on, since its part of the flood goes on, says that it will, and so does who has
+to wait for others. A request that stays without any sign of life is sent again; after some times the node stands in for the
+silent owner, with what it knows itself, and from then on until it hears from that owner.
 """
 
 import struct
@@ -26,7 +26,6 @@ from netsim.kernels.correlation_decay import DecayGraph
 FACTORS = "factors"
 PRODUCT = "product"
 WORKING = "working"
-_ATTEMPTS = 3
 _NUMBERS = 1 << 31
 
 
@@ -71,10 +70,11 @@ class Factors:
     Args:
         node: The node.
         request_ns: How long it waits for a sign of life.
+        attempts: How often it sends a request without one.
     """
 
-    def __init__(self, node: NodeHandle, request_ns: int) -> None:
-        self._node, self._request_ns = node, request_ns
+    def __init__(self, node: NodeHandle, request_ns: int, attempts: int) -> None:
+        self._node, self._request_ns, self._attempts = node, request_ns, attempts
         self._known: NamedGraph | None = None
         self._next = int(node.rng("factors").integers(_NUMBERS))  # other numbers than before a reboot
         self._served: dict[tuple[int, int], float | None] = {}
@@ -138,7 +138,7 @@ class Factors:
             return message.source == owner and _number_of(message) == number
 
         silences = 0
-        while silences < _ATTEMPTS:
+        while silences < self._attempts:
             node.send(owner, FACTORS, payload, causes=())
             message = yield from node.receive(kinds={PRODUCT, WORKING}, match=is_ours, timeout_ns=self._request_ns)
             silences = silences + 1 if message is None else 0
@@ -162,11 +162,18 @@ class Factors:
             self.most_open = max(self.most_open, sum(product is None for product in self._served.values()))
             if self._known is not None:
                 self._node.spawn(self._work(self._known, request))
+                self._node.spawn(self._show_life(request, number))
                 return
             self._early.append(request)
         product = self._served[key]
         kind = WORKING if product is None else PRODUCT
         self._node.send(request.source, kind, encode_answer(number, product or 0.0), causes=[request])
+
+    def _show_life(self, request: Message, number: int) -> Op[None]:
+        """Once, if the answer takes long; who asks again then hears it again."""
+        yield from self._node.pause(self._request_ns // 2)
+        if self._served[request.source, number] is None:
+            self._node.send(request.source, WORKING, encode_answer(number, 0.0), causes=[request])
 
     def _work(self, known: NamedGraph, message: Message) -> Op[None]:
         request = decode_request(message.payload)

@@ -8,7 +8,9 @@ import numpy as np
 
 from netsim.algorithms.correlation_decay import CorrelationDecay
 from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters, FloodParameters
+from netsim.algorithms.decay_payload import narrowed
 from netsim.kernels.correlation_decay import DecayGraph, vertex_order
+from netsim.kernels.matchings import association_probabilities
 from netsim.problems.event_association import (
     DrawnEvents,
     EventAssociationParameters,
@@ -128,15 +130,19 @@ def any_loss(seed, share):
 
 def narrowed_truth(scene, width):
     """Exact probabilities where positions are rounded, and a sensor counts the events it knows to be in its reach."""
-    from netsim.algorithms.decay_payload import narrowed
-    from netsim.kernels.matchings import association_probabilities
-
     instance = scene.instance
     weights = instance.model.weights(narrowed(instance.measurements_m, width), narrowed(instance.predicted_m, width))
     for row, owner in enumerate(instance.owners):
         seen = {event.event for event in scene.knowledge(owner).events}
         weights[row, [k for k in range(len(instance.events)) if k not in seen]] = 0.0
     return association_probabilities(weights)
+
+
+def holds(scene, found):
+    """Every stated interval has the exact probability of the whole problem in it."""
+    exact = association_probabilities(scene.instance.weights)
+    for pair, (_, low, high) in found.told.items():
+        assert low - 1e-12 <= exact[pair] <= high + 1e-12
 
 
 def relabelled(scene: EventAssociationProblem):
