@@ -51,7 +51,7 @@ def is_algorithm_2(scene, found):
     assert found.probabilities == pytest.approx(right, rel=1e-11)
 
 
-@settings(deadline=None, max_examples=4)
+@settings(deadline=None, max_examples=3)
 @given(seeds, MODES, st.sampled_from([None, TARGET]))
 def test_with_a_third_of_the_messages_lost_all_pairs_are_told_of_and_intervals_hold(seed, chosen, target):
     in_spite_of_loss(seed, chosen, target)
