@@ -35,8 +35,8 @@ def literal_by_kernel(scene, vertices, order, depth):
 @fast
 @given(seeds, st.integers(1, 6), SIDES)
 def test_normalised_and_two_factor_probabilities_are_the_kernels(seed, depth, side):
-    """One more hop than half the depth brings what the normalised estimator of either side needs."""
-    scene, hops = problem(seed), depth // 2 + 2
+    """One more hop than half the depth, rounded up, brings what the normalised estimator of either side needs."""
+    scene, hops = problem(seed), -(-depth // 2) + 1
     for estimator, kernel in (("normalised", normalised_pair), ("two_factor", two_factor_pair)):
         found = stated(scene, parameters(hops, estimator=estimator, depth=depth, side=side))
         right = by_kernel(scene, lambda graph, j, k, kernel=kernel: kernel(graph, j, k, depth, side))
