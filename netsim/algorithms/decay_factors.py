@@ -9,7 +9,7 @@ silent owner, with what it knows itself, and from then on until it hears from th
 """
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from netsim.algorithms.decay_payload import (
@@ -69,12 +69,13 @@ class Factors:
 
     Args:
         node: The node.
+        others: Nodes that there are; messages that seem to come from others are ignored, and no others are asked.
         request_ns: How long it waits for a sign of life.
         attempts: How often it sends a request without one.
     """
 
-    def __init__(self, node: NodeHandle, request_ns: int, attempts: int) -> None:
-        self._node, self._request_ns, self._attempts = node, request_ns, attempts
+    def __init__(self, node: NodeHandle, others: Collection[int], request_ns: int, attempts: int) -> None:
+        self._node, self._others, self._request_ns, self._attempts = node, others, request_ns, attempts
         self._known: NamedGraph | None = None
         self._next = int(node.rng("factors").integers(_NUMBERS))  # other numbers than before a reboot
         self._served: dict[tuple[int, int], float | None] = {}
@@ -121,7 +122,7 @@ class Factors:
 
     def _asked(self, owner: int, request: FactorRequest) -> Op[float | None]:
         """The rest of a chain from the owner of its first vertex; None if it gives no sign of life, now or before."""
-        if owner in self._silent:
+        if owner in self._silent or owner not in self._others:
             return None
         product = yield from self._ask(owner, replace(request, number=self._next))
         if product is None:
@@ -150,6 +151,8 @@ class Factors:
 
     def serve(self, request: Message) -> None:
         """Begin to work on another node's request; one that came before is answered again, or with a sign of life."""
+        if request.source not in self._others:
+            return
         try:
             number = decode_request(request.payload).number
         except (ValueError, struct.error) as error:

@@ -19,6 +19,8 @@ from netsim.problems.event_association import (
     build,
 )
 from netsim.rng import Streams
+from netsim.scenario.load import load
+from netsim.scenario.run import run
 from netsim.testing import DROP, ScriptedMedium, delay, duplicate, run_algorithm
 from netsim.trace.events import AlgorithmRecord, PairProbabilities
 
@@ -148,3 +150,24 @@ def holds(scene, found):
 def relabelled(scene: EventAssociationProblem):
     """Knowledge whose labels for the trace are other ones."""
     return lambda node: replace(scene.knowledge(node), first_variable=1000 * node)
+
+
+REAL = [
+    "duration_s=70",
+    "field={width_m: 60, height_m: 40}",
+    "nodes.0.placement.count=10",
+    "medium={type: ideal, delay_s: 0.001}",
+    "mac={type: ideal}",
+    "network={type: one-hop}",
+    "fidelity=null",
+    "problem.events.count=5",
+    "problem.measurements.count=12",
+    "algorithm.depth=8",
+]
+
+
+def shipped(scenarios, *overrides):
+    """Metrics of the shipped scenario, made small, with all its layers."""
+    result = run(load(scenarios / "oh2010" / "network.yaml", [*REAL, *overrides]))
+    assert not result.failures
+    return result.metrics

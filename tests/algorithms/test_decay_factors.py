@@ -26,7 +26,8 @@ class Owner:
         self._plans, self._knows_at_s = parameters
 
     def run(self, node):
-        factors, named = Factors(node, S, 3), NamedGraph(DecayGraph(WEIGHTS), NAMES)
+        others = {0, 1, 2} - {node.id}
+        factors, named = Factors(node, others, S, 3), NamedGraph(DecayGraph(WEIGHTS), NAMES)
         node.spawn(self._serve(node, factors))
         yield from node.pause_until(self._knows_at_s.get(node.id, 0) * S)
         factors.begin(named)
@@ -120,6 +121,13 @@ def test_vertices_of_which_a_node_knows_nothing_have_the_factor_one():
     stranger = VertexName(True, 0, 99)
     _, [(_, product, *_)] = products({0: [(0, (stranger,), (WHOLE[0], stranger))]})
     assert product == pytest.approx(DecayGraph(WEIGHTS).factor(0, 3), rel=1e-14)
+
+
+def test_owners_that_do_not_exist_are_not_asked():
+    stranger = VertexName(False, 77, 0)
+    run, [(_, product, _, stood_in, requests)] = products({0: [(0, (), (stranger, WHOLE[0]))]})
+    assert product == pytest.approx(DecayGraph(WEIGHTS).factor(0, 3), rel=1e-14)
+    assert (stood_in, requests, sent(run)) == (1, 0, [])
 
 
 def test_torn_requests_and_answers_are_ignored():
