@@ -70,7 +70,8 @@ class _Sensor:
         self._node, self._knowledge, self._parameters = node, knowledge, parameters
         self._reports: dict[int, SensorReport] = {}
         self._own: bytes | None = None
-        self._factors = Factors(node, s_to_ns(parameters.request_s))
+        self._others = knowledge.sensors_m.keys() - {node.id}
+        self._factors = Factors(node, self._others, s_to_ns(parameters.request_s), parameters.request_attempts)
         self._statistics = Statistics()
 
     def run(self) -> Op[None]:
@@ -89,6 +90,8 @@ class _Sensor:
         estimates = yield from self._estimates(known, pairs, depth, names)
         interval = DecayInterval(known.graph, known.incomplete)
         bounds = [interval.pair(j, k, depth) for j, k in pairs]
+        if parameters.target is not None:
+            estimates = [min(max(p, low), high) for p, (low, high) in zip(estimates, bounds, strict=True)]
         yield from charge(node, interval.operations + _WEIGHT_OPERATIONS * known.graph.weights.size)
         record_pairs(node, self._knowledge.first_variable, known, pairs, estimates, bounds, depth)
         yield from node.pause_until(s_to_ns(parameters.until_s))
@@ -117,14 +120,22 @@ class _Sensor:
 
     def _take(self, source: int, data: bytes) -> None:
         try:
-            self._reports[source] = decode_report(source, data, self._parameters.payload)
+            report = decode_report(source, data, self._parameters.payload)
         except (ValueError, struct.error) as error:
             self._node.log(f"a report of node {source} that cannot be read: {error}")
+            return
+        knowledge = self._knowledge
+        reach_m = knowledge.sensing_radius_m + knowledge.model.reach_m
+        margin_m = rounding_m(knowledge.sensors_m.get(source, (0.0, 0.0)), self._parameters.payload, reach_m)
+        if knowledge.is_possible(source, report.measurements_m, report.events, margin_m):
+            self._reports[source] = report
+        else:
+            self._node.log(f"a report of node {source} that cannot be its own")
 
     def _answer_asks(self) -> Op[None]:
         while True:
             message = yield from self._node.receive(kinds={ASK})
-            if message is not None and self._own is not None:
+            if message is not None and message.source in self._others and self._own is not None:
                 self._node.send(message.source, REPORT, self._own, causes=[message])
 
     def _serve(self) -> Op[None]:
@@ -174,7 +185,7 @@ class _Sensor:
                 for observer in self._observers(known.events[vertex - known.graph.measurements])
             }
             missing = wanted - self._reports.keys() - silent
-            if not missing or task.is_short:
+            if not missing:
                 return known
             yield from self._ask(missing, target, task)
             silent |= missing - self._reports.keys()

@@ -33,7 +33,8 @@ class TargetParameters:
     """Go on until the certified interval of each of a node's pairs is narrow enough.
 
     A node grows t by two, asks the sensors that may have missing measurements of events within that distance, and computes
-    the interval again, until it is as narrow as asked, `depth` is reached, or the allowance is spent.
+    the interval again, until it is as narrow as asked, `depth` is reached, or the allowance is spent. What the
+    estimator finds is then brought into the interval: a stated probability is off by no more than the width.
     """
 
     interval_width: Annotated[float, Ge(0), Le(1)] = 0.05
@@ -75,7 +76,9 @@ class CorrelationDecayParameters:
     target: TargetParameters | None = None
     """Grow t for a narrow interval, up to `depth`; by default t is `depth` from the start."""
     request_s: Positive = 2.0
-    """After how long an unanswered request for factors is sent again."""
+    """After how long an unanswered request for factors is sent again; an owner who is still at work then says so."""
+    request_attempts: PositiveInt = 3
+    """How often in a row it is sent without a sign of life before the asker stands in for the owner."""
     until_s: Positive = 60.0
     """When nodes stop answering others, and the algorithm ends."""
     payload: FloatWidth = "float64"

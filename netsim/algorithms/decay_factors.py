@@ -3,13 +3,13 @@
 A node multiplies the factors of the vertices it owns, as long as they stand first in the list, and sends the rest of the
 list, with all that is removed by then, to the owner of the next; the product comes back the way the request went. Requests
 are served side by side: a node that waits for an answer serves others, so that they cannot wait for each other in a circle.
-Who does not know yet what its factors depend on, since its part of the flood goes on, says that it will. A request that
-stays without any sign of life is sent again; after some times the node stands in for the silent owner, with what it knows
-itself, and from then on until it hears from that owner.
+Who does not know yet what its factors depend on, since its part of the flood goes on, says that it will, and so does who has
+to wait for others. A request that stays without any sign of life is sent again; after some times the node stands in for the
+silent owner, with what it knows itself, and from then on until it hears from that owner.
 """
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from netsim.algorithms.decay_payload import (
@@ -26,7 +26,6 @@ from netsim.kernels.correlation_decay import DecayGraph
 FACTORS = "factors"
 PRODUCT = "product"
 WORKING = "working"
-_ATTEMPTS = 3
 _NUMBERS = 1 << 31
 
 
@@ -70,11 +69,13 @@ class Factors:
 
     Args:
         node: The node.
+        others: Nodes that there are; messages that seem to come from others are ignored, and no others are asked.
         request_ns: How long it waits for a sign of life.
+        attempts: How often it sends a request without one.
     """
 
-    def __init__(self, node: NodeHandle, request_ns: int) -> None:
-        self._node, self._request_ns = node, request_ns
+    def __init__(self, node: NodeHandle, others: Collection[int], request_ns: int, attempts: int) -> None:
+        self._node, self._others, self._request_ns, self._attempts = node, others, request_ns, attempts
         self._known: NamedGraph | None = None
         self._next = int(node.rng("factors").integers(_NUMBERS))  # other numbers than before a reboot
         self._served: dict[tuple[int, int], float | None] = {}
@@ -121,7 +122,7 @@ class Factors:
 
     def _asked(self, owner: int, request: FactorRequest) -> Op[float | None]:
         """The rest of a chain from the owner of its first vertex; None if it gives no sign of life, now or before."""
-        if owner in self._silent:
+        if owner in self._silent or owner not in self._others:
             return None
         product = yield from self._ask(owner, replace(request, number=self._next))
         if product is None:
@@ -138,7 +139,7 @@ class Factors:
             return message.source == owner and _number_of(message) == number
 
         silences = 0
-        while silences < _ATTEMPTS:
+        while silences < self._attempts:
             node.send(owner, FACTORS, payload, causes=())
             message = yield from node.receive(kinds={PRODUCT, WORKING}, match=is_ours, timeout_ns=self._request_ns)
             silences = silences + 1 if message is None else 0
@@ -150,6 +151,8 @@ class Factors:
 
     def serve(self, request: Message) -> None:
         """Begin to work on another node's request; one that came before is answered again, or with a sign of life."""
+        if request.source not in self._others:
+            return
         try:
             number = decode_request(request.payload).number
         except (ValueError, struct.error) as error:
@@ -162,11 +165,18 @@ class Factors:
             self.most_open = max(self.most_open, sum(product is None for product in self._served.values()))
             if self._known is not None:
                 self._node.spawn(self._work(self._known, request))
+                self._node.spawn(self._show_life(request, number))
                 return
             self._early.append(request)
         product = self._served[key]
         kind = WORKING if product is None else PRODUCT
         self._node.send(request.source, kind, encode_answer(number, product or 0.0), causes=[request])
+
+    def _show_life(self, request: Message, number: int) -> Op[None]:
+        """Once, if the answer takes long; who asks again then hears it again."""
+        yield from self._node.pause(self._request_ns // 2)
+        if self._served[request.source, number] is None:
+            self._node.send(request.source, WORKING, encode_answer(number, 0.0), causes=[request])
 
     def _work(self, known: NamedGraph, message: Message) -> Op[None]:
         request = decode_request(message.payload)

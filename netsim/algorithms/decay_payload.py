@@ -49,9 +49,15 @@ def narrowed(points_m: FloatArray, width: FloatWidth) -> FloatArray:
     return decode_floats(encode_floats(points_m.ravel(), width), width).reshape(-1, 2)
 
 
-def rounding_m(place_m: tuple[float, float], width: FloatWidth) -> float:
-    """How far a position may have been, at most, from where those see it who are told of it."""
-    return float(np.finfo(width).eps) * (1.0 + abs(place_m[0]) + abs(place_m[1]))
+def rounding_m(place_m: tuple[float, float], width: FloatWidth, around_m: float = 0.0) -> float:
+    """How far a position may have been, at most, from where those see it who are told of it.
+
+    Args:
+        place_m: The position.
+        width: Precision on the air.
+        around_m: For every position up to so far from it.
+    """
+    return float(np.finfo(width).eps) * (1.0 + abs(place_m[0]) + abs(place_m[1]) + 2.0 * around_m)
 
 
 def encode_report(report: SensorReport, width: FloatWidth) -> bytes:
@@ -154,9 +160,12 @@ def decode_answer(data: bytes) -> tuple[int, float]:
     """The inverse of `encode_answer`.
 
     Raises:
-        ValueError: If it is cut short.
+        ValueError: If it is cut short, or what is in it is no product of probabilities.
         struct.error: If it is cut short.
     """
     (number,) = _ANSWER.unpack(data)
     (product,) = decode_floats(data[_ANSWER.size_byte :], "float64").tolist()
+    if not 0.0 <= product <= 1.0:
+        message = f"a product of probabilities of {product:g}"
+        raise ValueError(message)
     return number, product

@@ -5,7 +5,7 @@ everywhere, so that sums over neighbours have the same order wherever they are c
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -109,6 +109,26 @@ class EventAssociationKnowledge:
             node
             for node, (x_m, y_m) in sorted(self.sensors_m.items())
             if (x_m - event.x_m) ** 2 + (y_m - event.y_m) ** 2 < reach_m**2
+        )
+
+    def is_possible(
+        self, node: int, measurements_m: FloatArray, events: Sequence[PredictedEvent], margin_m: float = 0.0
+    ) -> bool:
+        """Whether a sensor can have such measurements and know such events, from where it is.
+
+        Args:
+            node: The sensor's node.
+            measurements_m: Shape (n, 2).
+            events: The events.
+            margin_m: How far positions may be from where they are said to be.
+        """
+        if node not in self.sensors_m or not all(event.owner in self.sensors_m for event in events):
+            return False
+        places_m = np.array([(event.x_m, event.y_m) for event in events]).reshape(-1, 2)
+        reach_m = self.sensing_radius_m + margin_m
+        return bool(
+            (np.hypot(*(measurements_m - self.sensors_m[node]).T) <= reach_m).all()
+            and (np.hypot(*(places_m - self.sensors_m[node]).T) <= reach_m + self.model.reach_m).all()
         )
 
 

@@ -185,5 +185,5 @@ class FloodRounds:
     def _serve(self) -> Op[None]:
         while True:
             request = yield from self._node.receive(kinds={self._kind + REQUEST})
-            if request is not None:
+            if request is not None and request.source in self._rounds_of:
                 self._answer(request)

@@ -8,7 +8,9 @@ import numpy as np
 
 from netsim.algorithms.correlation_decay import CorrelationDecay
 from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters, FloodParameters
+from netsim.algorithms.decay_payload import narrowed
 from netsim.kernels.correlation_decay import DecayGraph, vertex_order
+from netsim.kernels.matchings import association_probabilities
 from netsim.problems.event_association import (
     DrawnEvents,
     EventAssociationParameters,
@@ -17,6 +19,8 @@ from netsim.problems.event_association import (
     build,
 )
 from netsim.rng import Streams
+from netsim.scenario.load import load
+from netsim.scenario.run import run
 from netsim.testing import DROP, ScriptedMedium, delay, duplicate, run_algorithm
 from netsim.trace.events import AlgorithmRecord, PairProbabilities
 
@@ -128,9 +132,6 @@ def any_loss(seed, share):
 
 def narrowed_truth(scene, width):
     """Exact probabilities where positions are rounded, and a sensor counts the events it knows to be in its reach."""
-    from netsim.algorithms.decay_payload import narrowed
-    from netsim.kernels.matchings import association_probabilities
-
     instance = scene.instance
     weights = instance.model.weights(narrowed(instance.measurements_m, width), narrowed(instance.predicted_m, width))
     for row, owner in enumerate(instance.owners):
@@ -139,6 +140,34 @@ def narrowed_truth(scene, width):
     return association_probabilities(weights)
 
 
+def holds(scene, found):
+    """Every stated interval has the exact probability of the whole problem in it."""
+    exact = association_probabilities(scene.instance.weights)
+    for pair, (_, low, high) in found.told.items():
+        assert low - 1e-12 <= exact[pair] <= high + 1e-12
+
+
 def relabelled(scene: EventAssociationProblem):
     """Knowledge whose labels for the trace are other ones."""
     return lambda node: replace(scene.knowledge(node), first_variable=1000 * node)
+
+
+REAL = [
+    "duration_s=70",
+    "field={width_m: 60, height_m: 40}",
+    "nodes.0.placement.count=10",
+    "medium={type: ideal, delay_s: 0.001}",
+    "mac={type: ideal}",
+    "network={type: one-hop}",
+    "fidelity=null",
+    "problem.events.count=5",
+    "problem.measurements.count=12",
+    "algorithm.depth=8",
+]
+
+
+def shipped(scenarios, *overrides):
+    """Metrics of the shipped scenario, made small, with all its layers."""
+    result = run(load(scenarios / "oh2010" / "network.yaml", [*REAL, *overrides]))
+    assert not result.failures
+    return result.metrics

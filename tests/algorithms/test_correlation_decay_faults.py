@@ -2,19 +2,21 @@
 hold, runs end, and nothing is computed twice.
 """
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from decay_rig import (
-    PROBLEM,
     WHOLE,
     any_delay,
     any_loss,
     by_kernel,
+    holds,
     narrowed_truth,
     parameters,
     problem,
+    shipped,
     stated,
 )
 from hypothesis import given, settings
@@ -24,9 +26,11 @@ from netsim.algorithms.correlation_decay_parameters import TargetParameters
 from netsim.algorithms.decay_payload import decode_request
 from netsim.api import NoEnergyError
 from netsim.kernels.correlation_decay import literal_pair, vertex_order
+from netsim.kernels.event_association import EventAssociationInstance, EventModel, PredictedEvent
 from netsim.kernels.matchings import association_probabilities
+from netsim.problems.event_association import EventAssociationProblem
 from netsim.testing import DROP, duplicate, rule
-from netsim.trace.events import EnergyBudget, Log, MessageSent
+from netsim.trace.events import Log, MessageSent
 
 fast = settings(deadline=None, max_examples=8)
 seeds = st.integers(0, 2**32 - 1)
@@ -40,12 +44,6 @@ def count(found, kind):
     return sum(event.kind == kind for _, event in found.run.of(MessageSent))
 
 
-def holds(scene, found):
-    exact = association_probabilities(scene.instance.weights)
-    for pair, (_, low, high) in found.told.items():
-        assert low - 1e-12 <= exact[pair] <= high + 1e-12
-
-
 def is_algorithm_2(scene, found):
     right = by_kernel(
         scene, lambda graph, j, k: literal_pair(graph, j, k, 4, vertex_order(graph, "measurements_first"))
@@ -53,7 +51,7 @@ def is_algorithm_2(scene, found):
     assert found.probabilities == pytest.approx(right, rel=1e-11)
 
 
-@settings(deadline=None, max_examples=5)
+@settings(deadline=None, max_examples=3)
 @given(seeds, MODES, st.sampled_from([None, TARGET]))
 def test_with_a_third_of_the_messages_lost_all_pairs_are_told_of_and_intervals_hold(seed, chosen, target):
     in_spite_of_loss(seed, chosen, target)
@@ -128,20 +126,17 @@ def test_a_dead_owner_is_stood_in_for_and_no_more_asked_once_it_was_silent():
     others = {key: time_ns for key, time_ns in begun_ns.items() if key[0] != dead}
     assert others
     assert all(time_ns < given_up_ns[f"node {source}"] for (source, _), time_ns in others.items())
+    times = Counter((source, number) for source, number, _ in asked if source != dead)
+    assert set(times.values()) == {REQUESTS.request_attempts}
     assert found.statistics["factors_stood_in"] > len(others)
 
 
-def test_an_owner_that_speaks_again_is_asked_again():
-    scene = problem(3)
-    dead = owned_elsewhere(scene)
-    found = stated(scene, REQUESTS, [rule(DROP, kind="factors", destination=dead, until_s=12.0)])
+def test_more_attempts_bear_more_losses():
+    """The first four requests on every way are lost."""
+    scene, lost = problem(3), [rule(DROP, kind="factors", counts=range(4))]
+    found = stated(scene, replace(REQUESTS, request_attempts=5), lost)
     is_algorithm_2(scene, found)
-    reached = [
-        time_ns
-        for time_ns, event in found.run.of(MessageSent)
-        if event.kind == "product" and event.source == dead and time_ns > 12e9
-    ]
-    assert reached
+    assert found.statistics["factors_stood_in"] == 0
 
 
 @pytest.mark.parametrize(("kind", "lost"), [("product", {0, 2}), ("factors", {0})])
@@ -177,6 +172,21 @@ def test_with_rounded_positions_intervals_hold_for_the_problem_of_the_rounded(se
         assert low - 1e-12 <= right[pair] <= high + 1e-12
 
 
+def test_a_sensor_that_is_out_of_reach_only_by_rounding_is_not_forgotten():
+    """In float16 the event at 700.24 m is at 700 m, half a metre beyond reach of sensor 1, whose measurement is in its gate
+    all the same; sensor 2 has no report of it.
+    """
+    model = EventModel((10.03**2, 0.0, 10.03**2), 4.0, 0.8, 1e-3)
+    instance = EventAssociationInstance(
+        (1, 2), np.array([(720.2, 0.0), (700.0, 0.0)]), (PredictedEvent(0, 2, 700.24, 0.0),), model
+    )
+    scene = EventAssociationProblem(instance, {1: (730.2, 0.0), 2: (700.0, 0.0)}, 10.0, np.empty((0, 2)))
+    right = narrowed_truth(scene, "float16")
+    assert (right > 0.0).all()
+    _, low, high = stated(scene, parameters(0, depth=4, payload="float16")).told[1, 0]
+    assert low <= right[1, 0] <= high
+
+
 def test_against_measured_positions_rounded_ones_can_miss():
     """What `payload` says of `interval_misses`."""
     misses = 0
@@ -188,80 +198,30 @@ def test_against_measured_positions_rounded_ones_can_miss():
     assert misses > 0
 
 
-@fast
-@given(seeds, st.integers(0, 2), st.integers(1, 9), st.sampled_from([0.5, 0.01, 0.0]))
-def test_a_target_is_reached_or_everything_was_tried(seed, hops, depth, width):
-    scene = problem(seed)
-    found = stated(scene, parameters(hops, depth=depth, target=TargetParameters(interval_width=width)))
-    holds(scene, found)
-    for (j, _), (_, low, high) in found.told.items():
-        used = found.depth[scene.instance.owners[j]]
-        assert used <= depth
-        assert used % 2 == 0 or used == depth
-        assert high - low <= width or used == depth
+@pytest.mark.parametrize("at_s", [0.4, 5])
+def test_who_crashes_and_reboots_gets_everything_again(scenarios, at_s):
+    """During the flood, and when all are through it."""
+    whole = shipped(scenarios)
+    crash = f"faults=[{{type: crash, nodes: [0, 3, 6], at_s: {at_s}, reboot_after_s: 3}}]"
+    found = shipped(scenarios, crash)
+    assert found["gated_pairs_told_share"] == 1.0
+    assert found["interval_misses"] == 0
+    assert found["reports_heard_mean"] == whole["reports_heard_mean"]
+    assert found["pair_error_linf"] == pytest.approx(whole["pair_error_linf"], rel=1e-9, abs=1e-12)
 
 
-@fast
-@given(seeds, st.integers(0, 1))
-def test_with_depth_enough_a_target_is_always_reached_by_asking(seed, hops):
-    """Nothing was flooded, or little: what is missing is asked for, and all intervals become points."""
-    scene = problem(seed, replace(PROBLEM, events=replace(PROBLEM.events, count=4)))
-    found = stated(scene, parameters(hops, depth=9, target=TargetParameters(interval_width=1e-9)))
-    assert all(high - low <= 1e-9 for _, low, high in found.told.values())
-    assert found.probabilities == pytest.approx(
-        {pair: association_probabilities(scene.instance.weights)[pair] for pair in found.told}, rel=1e-8
-    )
+def test_a_sensor_that_misreads_is_what_intervals_do_not_cover(scenarios):
+    """A dead sensor reports that there is nothing, and nobody can know better: what the metric's text says."""
+    dead = "faults=[{type: sensor-dead, nodes: [0, 1, 2, 3, 4, 5]}]"
+    found = shipped(scenarios, dead)
+    assert found["gated_pairs_told_share"] < 1.0
+    assert found["interval_misses"] > 0
 
 
-def test_growing_asks_for_no_more_than_it_needs():
-    scene = problem(3)
-    wide, narrow = (
-        stated(scene, parameters(0, depth=9, target=TargetParameters(interval_width=width))) for width in (0.9, 0.01)
-    )
-    assert 0 < wide.statistics["asked"] < narrow.statistics["asked"]
-    assert max(wide.depth.values()) < max(narrow.depth.values())
-    assert count(narrow, "report") == narrow.statistics["asked"]
-
-
-def test_who_does_not_answer_is_asked_a_few_times_and_no_more():
-    scene = problem(3)
-    target = replace(TARGET, ask_attempts=2)
-    found = stated(scene, parameters(0, depth=6, target=target), [rule(DROP, kind="report", source=13)])
-    holds(scene, found)
-    asked = [event.source for _, event in found.run.of(MessageSent) if event.kind == "report" and event.source == 13]
-    assert asked
-    assert len(asked) == 2 * len({node for node in scene.sensors_m if node != 13 and found_asks(found, node)})
-
-
-def found_asks(found, node):
-    """Whether a node asked node 13, which is in the answers' receivers."""
-    return any(
-        event.kind == "report" and event.source == 13 and event.destination == node
-        for _, event in found.run.of(MessageSent)
-    )
-
-
-def test_an_allowance_ends_the_growing():
-    scene = problem(3)
-    free = stated(scene, parameters(0, depth=9, target=replace(TARGET, interval_width=0.0)))
-    spent = max(event.spent_j for _, event in free.run.of(EnergyBudget))
-    tight = replace(TARGET, interval_width=0.0, allowance_j=spent / 100)
-    found = stated(scene, parameters(0, depth=9, target=tight))
-    holds(scene, found)
-    owners = set(scene.instance.owners)
-    assert max(found.depth.values()) < max(free.depth.values())
-    assert found.depth.keys() == free.depth.keys() <= owners
-    assert found.statistics["asked"] < free.statistics["asked"]
-
-
-def test_factors_are_computed_at_the_depth_of_who_asks():
-    """Where nodes choose t each for itself: a node without measurements stops at once, and computes for others all the
-    same as deep as they are.
-    """
-    scene = problem(3)
-    target = TargetParameters(interval_width=0.0)
-    chosen = parameters(WHOLE, estimator="literal", depth=8, vertices="known", target=target)
-    local = stated(scene, chosen)
-    assert stated(scene, replace(chosen, factors="requests")).probabilities == pytest.approx(
-        local.probabilities, rel=1e-11
-    )
+def test_an_allowance_that_is_used_up_leaves_what_holds(scenarios):
+    """After a third of a second nothing is passed on, and who reboots cannot measure: nobody takes that for an answer."""
+    crash = "faults=[{type: crash, nodes: [0, 3, 6], at_s: 0.5, reboot_after_s: 1}]"
+    found = shipped(scenarios, "nodes.0.budget={allowance_j: 0.02}", crash)
+    assert found["interval_misses"] == 0
+    assert found["gated_pairs_told_share"] < 1.0
+    assert found["events_incomplete_share"] > 0.5

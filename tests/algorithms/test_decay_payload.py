@@ -109,3 +109,9 @@ def test_answers_come_back_as_they_went(number, product):
     for size in range(len(sent)):
         with pytest.raises(TORN):
             decode_answer(sent[:size])
+
+
+@pytest.mark.parametrize("product", [-1e-300, 1.0 + 1e-15, np.nan, np.inf])
+def test_an_answer_that_is_no_product_of_probabilities_is_refused(product):
+    with pytest.raises(ValueError, match="a product of probabilities of"):
+        decode_answer(encode_answer(1, product))
