@@ -18,7 +18,10 @@ from netsim.scenario.sources import everything
 
 PARTS: Final[Mapping[Section, tuple[str, tuple[str, ...]]]] = {
     "algorithms": ("Algorithms (your own: module:Class)", ("algorithm",)),
-    "problems": ("Problems", ("problem", "targets", "target", "track", "sensor model", "coverage", "model graph")),
+    "problems": (
+        "Problems",
+        ("problem", "targets", "target", "track", "events", "measurements", "sensor model", "coverage", "model graph"),
+    ),
     "media": (
         "Media",
         ("medium", "reception", "modulation", "shadowing", "hardware variation", "fading", "noise"),
