@@ -18,7 +18,7 @@ from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParam
 from netsim.algorithms.decay_factors import FACTORS, Factors, NamedGraph, charge
 from netsim.algorithms.decay_payload import VertexName, decode_report, encode_report, narrowed, rounding_m
 from netsim.algorithms.decay_record import Statistics, record_pairs
-from netsim.api import EnergyTask, NodeHandle, NoEnergyError, Op
+from netsim.api import EnergyTask, Message, NodeHandle, NoEnergyError, Op
 from netsim.codec import decode_floats, encode_floats
 from netsim.errors import AlgorithmError
 from netsim.kernels.correlation_decay import (
@@ -136,7 +136,17 @@ class _Sensor:
         while True:
             message = yield from self._node.receive(kinds={ASK})
             if message is not None and message.source in self._others and self._own is not None:
-                self._node.send(message.source, REPORT, self._own, causes=[message])
+                self._node.spawn(self._answer(message, self._own))
+
+    def _answer(self, question: Message, own: bytes) -> Op[None]:
+        """The report asked for, at a random moment: one question has many answers."""
+        yield from self._pause_before_speaking()
+        self._node.send(question.source, REPORT, own, causes=[question])
+
+    def _pause_before_speaking(self) -> Op[None]:
+        target = self._parameters.target
+        if target is not None and target.spread_s:
+            yield from self._node.pause(int(self._node.rng("asking").random() * s_to_ns(target.spread_s)))
 
     def _serve(self) -> Op[None]:
         while True:
@@ -197,6 +207,7 @@ class _Sensor:
         for _ in range(target.ask_attempts):
             if not waiting or task.is_short:
                 return
+            yield from self._pause_before_speaking()
             node.multicast(sorted(waiting), ASK, b"", causes=())
             self._statistics.asked += len(waiting)
             end_ns = node.now_ns + s_to_ns(target.answer_s)

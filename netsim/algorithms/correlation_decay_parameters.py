@@ -25,7 +25,8 @@ class FloodParameters:
     attempts: PositiveInt = 3
     """How often what a neighbour should have told is asked for in that time."""
     spread_s: NonNegative = 1.0
-    """The first round begins at a random moment of so much time."""
+    """Each round begins at a random moment of so much time; bundles that take longer on the channel than that, all together,
+    are in each other's way."""
 
 
 @parameters
@@ -43,6 +44,8 @@ class TargetParameters:
     """How often a sensor that does not answer is asked."""
     answer_s: Positive = 2.0
     """How long an answer is waited for."""
+    spread_s: NonNegative = 0.5
+    """Questions and answers are sent at random moments of so much time, so that sensors do not all speak at once."""
     allowance_j: Positive | None = None
     """What the node may draw for it, listening included, before it stops asking and growing t; what it has begun, it
     finishes: one question with its `answer_s`, and the intervals of one t. By default there is no limit."""

@@ -75,7 +75,8 @@ def _print_overview() -> None:
         main = tuple(part for part in parts if part not in _DETAILS)
         _print_parts(title, main)
         if main != parts:
-            say(f"  netsim list {section} adds {', '.join(part for part in parts if part in _DETAILS)}\n")
+            _say_wrapped(f"netsim list {section} adds {', '.join(part for part in parts if part in _DETAILS)}", "  ")
+            say("")
     _print_files("Scenarios: netsim run FILE", "scenario", "description")
     _print_files("Studies: netsim study FILE", "study", "question")
     _say_wrapped(f"One section in full: netsim list SECTION, one of {', '.join(get_args(Section))}", "")

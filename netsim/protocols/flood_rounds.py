@@ -60,7 +60,8 @@ class FloodSettings:
         hops: How far, at most 255.
         round_ns: How long a partner is waited for in one round.
         attempts: How often a missing bundle is asked for in that time.
-        spread_ns: The first bundle is sent at a random moment of so much time, so that nodes do not all speak at once.
+        spread_ns: Each bundle is sent at a random moment of so much time after it could be, so that nodes do not all speak
+            at once: a barrier ends for all of them together.
     """
 
     hops: int
@@ -117,9 +118,9 @@ class FloodRounds:
         node, spread_ns = self._node, self._settings.spread_ns
         flooded = Flooded({} if own is None else {node.id: own})
         self._heard_in = dict.fromkeys(flooded.reports, 0)
-        if spread_ns:
-            yield from node.pause(int(node.rng("flood").random() * spread_ns))
         for number in range(1, self._settings.hops + 1):
+            if spread_ns:
+                yield from node.pause(int(node.rng("flood").random() * spread_ns))
             self._tell(number, flooded)
             yield from self._hear(number, flooded)
         node.spawn(self._serve())
