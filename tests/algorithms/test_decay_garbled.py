@@ -12,6 +12,7 @@ from netsim.algorithms.decay_payload import narrowed, rounding_m
 from netsim.kernels.event_association import PredictedEvent
 
 seeds = st.integers(0, 2**32 - 1)
+LONGER = "duration_s=95", "algorithm.until_s=90"
 
 
 @pytest.mark.parametrize("factors", ["local", "requests"])
@@ -19,7 +20,7 @@ def test_frames_with_wrong_bytes_stop_nobody(scenarios, factors):
     """A third of all frames garbled, and no checksum tells."""
     garbled = "faults=[{type: corruption, share: 0.3, undetected_share: 1.0}]"
     for seed in (1, 2):
-        chosen = [f"seed={seed}", "algorithm.estimator=literal", f"algorithm.factors={factors}"]
+        chosen = [f"seed={seed}", "algorithm.estimator=literal", f"algorithm.factors={factors}", *LONGER]
         assert shipped(scenarios, garbled, *chosen)["gated_pairs_told_share"] == 1.0
 
 
