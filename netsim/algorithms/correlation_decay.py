@@ -69,6 +69,7 @@ class _Sensor:
     ) -> None:
         self._node, self._knowledge, self._parameters = node, knowledge, parameters
         self._reports: dict[int, SensorReport] = {}
+        self._events: dict[int, PredictedEvent] = {}
         self._own: bytes | None = None
         self._others = knowledge.sensors_m.keys() - {node.id}
         self._factors = Factors(node, self._others, s_to_ns(parameters.request_s), parameters.request_attempts)
@@ -105,6 +106,7 @@ class _Sensor:
         except NoEnergyError:
             return  # it has nothing to report, which is not a report of no measurement
         events = [_narrowed_event(event, self._parameters) for event in self._knowledge.events]
+        self._events = {event.event: event for event in events}
         report = report_of(node.id, points_m, events, self._knowledge.model)
         self._reports[node.id] = report
         self._own = encode_report(report, width)
@@ -128,7 +130,8 @@ class _Sensor:
         reach_m = knowledge.sensing_radius_m + knowledge.model.reach_m
         margin_m = rounding_m(knowledge.sensors_m.get(source, (0.0, 0.0)), self._parameters.payload, reach_m)
         if knowledge.is_possible(source, report.measurements_m, report.events, margin_m):
-            self._reports[source] = report
+            events = tuple(self._events.get(event.event, event) for event in report.events)  # one's own are no hearsay
+            self._reports[source] = replace(report, events=events)
         else:
             self._node.log(f"a report of node {source} that cannot be its own")
 
