@@ -14,6 +14,8 @@ from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsP
 from netsim.algorithms.idsq import Idsq
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.independent import Independent, IndependentParameters
+from netsim.algorithms.joint_parameters import JointTrackingParameters
+from netsim.algorithms.joint_tracking import JointTracking
 from netsim.algorithms.message_passing import MessagePassing
 from netsim.algorithms.message_passing_parameters import (
     CsmpParameters,
@@ -33,6 +35,9 @@ GRAPHICAL = ("association", "factor-graph", "target-distribution")
 """Problems with a graphical model."""
 
 LIU_2002 = "Liu, Reich, Zhao, EURASIP J. Applied Signal Processing 2003:4 (2003) 378-391, manuscript of 2002"
+LIU_2004 = (
+    "Liu, Chu, Liu, Reich, Zhao, Distributed state representation for tracking problems in sensor networks, IPSN 2004"
+)
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
 
 
@@ -138,6 +143,14 @@ SHIPPED: Mapping[str, Entry] = {
             f"{LIU_2002}, section 2.2, eq 4",
             ("tracking",),
             needs_sink=True,
+        ),
+        Entry(
+            "joint-tracking",
+            JointTrackingParameters,
+            JointTracking,
+            "groups around targets, joint where these are near each other; identities apart from places",
+            LIU_2004,
+            ("energy-tracking",),
         ),
         Entry(
             "neighbour-traffic",

@@ -7,7 +7,7 @@ kind of record without a citation fails a test.
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from netsim.algorithms.registry import CHEN_2006, LIU_2002
+from netsim.algorithms.registry import CHEN_2006, LIU_2002, LIU_2004
 from netsim.metrics.lifetime import DutyPlan
 from netsim.models import (
     batteries,
@@ -25,7 +25,7 @@ from netsim.models import (
 )
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
-from netsim.problems import association, coverage, drawn_graphs, graph, target_distribution, tracking
+from netsim.problems import association, coverage, drawn_graphs, energy_tracking, graph, target_distribution, tracking
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.scenario.schema import CapacityBattery, DeviceBattery, MainsPower
@@ -66,6 +66,8 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     association.AssociationParameters: Cited("problem", f"{CHEN_2006}, sections 3 and 6.1"),
     graph.GraphParameters: Cited("problem", f"{OWN}; the pairwise form as in {CHEN_2006}, eqs 2 to 5"),
     target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
+    energy_tracking.EnergyTrackingParameters: Cited("problem", f"{LIU_2004}, sections 4 and 6"),
+    energy_tracking.EnergyTarget: Cited("target", f"{LIU_2004}, eq 3; the saturation is netsim's own"),
     tracking.TrackingParameters: Cited("problem", f"{LIU_2002}, sections 2 to 5"),
     tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
     tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),

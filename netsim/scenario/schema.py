@@ -17,6 +17,7 @@ from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
 from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
+from netsim.problems.energy_tracking import EnergyTrackingParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.problems.target_distribution import DistributionParameters
@@ -38,7 +39,12 @@ from netsim.sim.net.routes import OneHopParameters, ShortestPathParameters
 MacParameters = IdealMacParameters | CsmaParameters | AlohaParameters | TdmaParameters | LplParameters
 NetworkParameters = OneHopParameters | ShortestPathParameters | GeographicParameters | CollectionParameters
 ProblemParameters = (
-    AssociationParameters | GraphParameters | DistributionParameters | TrackingParameters | NoProblemParameters
+    AssociationParameters
+    | GraphParameters
+    | DistributionParameters
+    | TrackingParameters
+    | EnergyTrackingParameters
+    | NoProblemParameters
 )
 
 

@@ -304,7 +304,7 @@ class Problem:
 
     topic: ClassVar[str] = "/problem"
     kind: Text
-    """`association`, `factor-graph`, `target-distribution`, `tracking`, `none`."""
+    """`association`, `factor-graph`, `target-distribution`, `tracking`, `energy-tracking`, `none`."""
     content_json: Text
 
 

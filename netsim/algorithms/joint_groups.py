@@ -1,0 +1,84 @@
+"""When groups are joint, what a joint group becomes, and where its members are: no node, no time."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from netsim.algorithms.joint_messages import Held, Sighting
+from netsim.algorithms.joint_parameters import JointTrackingParameters
+from netsim.api import Circle
+from netsim.kernels.logical_targets import clusters, contiguous_groups, join, order_shares, ordered, separate
+from netsim.kernels.semiring import FloatArray
+
+
+def cover(places_m: FloatArray, range_m: float) -> Circle:
+    """A disc that holds the discs of a range around some places: their mean, and as far as the farthest of them reaches."""
+    x_m, y_m = places_m.mean(axis=0).tolist()
+    return Circle((x_m, y_m), range_m + float(np.hypot(*(places_m - (x_m, y_m)).T).max()))
+
+
+def is_joint(parameters: JointTrackingParameters, held: Held, places_m: FloatArray, other: Sighting) -> bool:
+    """Whether a group and a track of another, which collide, are to be tracked jointly (Liu et al. 2004, section 4.3)."""
+    if parameters.switch == "latched":
+        return not held.is_parted
+    distance_m = float(np.hypot(*(places_m - (other.x_m, other.y_m)).T).min())
+    return parameters.switch == "distance" and distance_m <= parameters.separate_m
+
+
+def joined(held: Held, other: Held, particles: int, rng: np.random.Generator) -> Held:
+    """Two groups as one: the product of their beliefs (eq 4), the tracks in ascending order."""
+    order = np.argsort([*held.tracks, *other.tracks])
+    belief = join(held.belief, other.belief, particles, rng)
+    return Held(
+        step=max(held.step, other.step),
+        turn=max(held.turn, other.turn) + 1,
+        tracks=tuple(sorted((*held.tracks, *other.tracks))),
+        belief=replace(belief, positions_m=belief.positions_m[:, order]),
+        rows=np.concatenate([held.rows, other.rows])[order],
+    )
+
+
+def parts_of(
+    parameters: JointTrackingParameters, held: Held, particles: Callable[[int], int], rng: np.random.Generator
+) -> list[Held]:
+    """A group's parts after its targets have parted; the group itself where they have not.
+
+    Args:
+        parameters: The rule: distance, and how identities mix.
+        held: The group.
+        particles: How many particles a belief of so many targets has.
+        rng: For drawing them.
+    """
+    sizes = (1,)
+    if len(held.tracks) > 1:
+        sizes = contiguous_groups(clusters(ordered(held.belief).estimate_m, parameters.separate_m))
+    if len(sizes) == 1:
+        return [held]
+    beliefs = separate(held.belief, sizes, rng, [particles(size) for size in sizes])
+    shares = order_shares(held.belief)
+    _, component = linear_sum_assignment(shares, maximize=True)
+    mixing = shares if parameters.mixing == "particles" else np.full_like(shares, 1.0 / len(shares))
+    rows = mixing @ held.rows
+    found, begin = [], 0
+    for size, belief in zip(sizes, beliefs, strict=True):
+        logical = sorted(range(begin, begin + size), key=lambda target: held.tracks[component[target]])
+        begin += size
+        found.append(
+            replace(
+                held,
+                tracks=tuple(held.tracks[component[target]] for target in logical),
+                belief=replace(
+                    belief, positions_m=belief.positions_m[:, [target - begin + size for target in logical]]
+                ),
+                rows=rows[logical],
+                is_parted=True,
+            )
+        )
+    return found
+
+
+def places_of(held: Held) -> FloatArray:
+    """Estimates of a group's targets, shape (M, 2); of a joint belief, which may not tell them apart, of logical targets."""
+    return ordered(held.belief).estimate_m if len(held.tracks) > 1 else held.belief.estimate_m
