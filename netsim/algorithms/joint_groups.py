@@ -51,7 +51,7 @@ def parts_of(
         particles: How many particles a belief of so many targets has.
         rng: For drawing them.
     """
-    sizes = (1,)
+    sizes: tuple[int, ...] = (1,)
     if len(held.tracks) > 1:
         sizes = contiguous_groups(clusters(ordered(held.belief).estimate_m, parameters.separate_m))
     if len(sizes) == 1:

@@ -1,4 +1,4 @@
-"""A leader's part: call, collect, update the belief, and decide with whom and where it goes on (Liu et al. 2004, 4 and 5)."""
+"""A leader's part: call, collect, update the belief, and decide with whom and where it goes on (Liu et al. 2004)."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -182,7 +182,8 @@ class Leading:
         for index, track in enumerate(held.tracks):
             spread = logical.covariance_m2(index)
             covariance = [float(spread[0, 0]), float(spread[0, 1]), float(spread[1, 1])]
-            node.record(Estimate(node.id, track, *logical.estimate_m[index].tolist(), covariance))
+            x_m, y_m = logical.estimate_m[index].tolist()
+            node.record(Estimate(node.id, track, x_m, y_m, covariance))
             node.record(Identity(node.id, track, held.rows[index].tolist()))
 
     def _decide(self, place: int, others: Collection[Sighting]) -> Op[None]:
@@ -254,7 +255,7 @@ class Leading:
         return both
 
     def _split(self, place: int) -> Op[None]:
-        """Targets that have parted go on in groups of their own: the nearest here, the others with the sensors nearest to them."""
+        """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest to them."""
         station, held = self._station, self._groups[place]
         parts = parts_of(station.parameters, held, self._particles, station.rng)
         if len(parts) == 1:

@@ -11,6 +11,8 @@ from netsim.algorithms.central_bayes import CentralBayes
 from netsim.algorithms.central_bayes_parameters import CentralBayesParameters
 from netsim.algorithms.central_map import CentralMap, CentralMapParameters
 from netsim.algorithms.collect_readings import CollectReadings, CollectReadingsParameters
+from netsim.algorithms.correlation_decay import CorrelationDecay
+from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters
 from netsim.algorithms.idsq import Idsq
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.independent import Independent, IndependentParameters
@@ -38,6 +40,7 @@ LIU_2002 = "Liu, Reich, Zhao, EURASIP J. Applied Signal Processing 2003:4 (2003)
 LIU_2004 = (
     "Liu, Chu, Liu, Reich, Zhao, Distributed state representation for tracking problems in sensor networks, IPSN 2004"
 )
+OH_2010 = "Oh, A distributed deterministic approximation algorithm for data association, 2010"
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
 
 
@@ -151,6 +154,14 @@ SHIPPED: Mapping[str, Entry] = {
             "groups around targets, joint where these are near each other; identities apart from places",
             LIU_2004,
             ("energy-tracking",),
+        ),
+        Entry(
+            "correlation-decay",
+            CorrelationDecayParameters,
+            CorrelationDecay,
+            "association probabilities with certified intervals, each sensor for its own measurements",
+            f"{OH_2010}, Algorithms 1 to 4",
+            ("event-association",),
         ),
         Entry(
             "neighbour-traffic",

@@ -241,7 +241,8 @@ class NodeHandle(Protocol):
 
         Raises:
             AlgorithmError: For an event of another node, or one that is not an algorithm's to record: those are
-                Association, Marginals, Estimate, Belief, Handoff, Identity, GraphMessages, Role and AlgorithmRecord.
+                Association, Marginals, PairProbabilities, Estimate, Belief, Handoff, Identity, GraphMessages, Role and
+                AlgorithmRecord.
         """
         ...
 

@@ -60,6 +60,7 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield f"error of target counts, {figures['subregions']} subregions", percent(figures["count_error"])
         yield "  subregions with a wrong count", percent(figures["count_error_wrong"])
         yield "  error of the prior alone", percent(figures["count_error_prior"])
+    yield from _pairs(figures)
     if "marginals" in figures:
         yield "largest error of a marginal", number(figures["marginal_error_linf"])
         yield "mean divergence from the exact marginals (nat)", number(figures["marginal_error_kl_nat"])
@@ -73,6 +74,25 @@ def _answer(figures: Mapping[str, Any]) -> Iterator[Row]:
             yield "  begun late (slow CPU, energy allowance or reboot)", late
     elif "last_news_s" in figures:
         yield "last new message", seconds(figures["last_news_s"])
+
+
+def _pairs(figures: Mapping[str, Any]) -> Iterator[Row]:
+    """How far stated association probabilities are from the exact ones, and what was certified."""
+    if "gated_pairs" not in figures:
+        return
+    told = figures["gated_pairs_told_share"]
+    yield "measurement-event pairs told of", "none" if told is None else f"{percent(told)} of {figures['gated_pairs']}"
+    if figures["pair_error_linf"] is None:
+        yield "  largest error of a probability", "not computed: nothing told, or exact sums out of reach"
+    else:
+        yield "  largest error of a probability", number(figures["pair_error_linf"])
+        yield "  of loopy belief propagation at one place", number(figures["pair_error_bp_linf"])
+    if figures["interval_width_max"] is not None:
+        yield (
+            "  certified intervals, widest and mean",
+            (f"{number(figures['interval_width_max'])}, {number(figures['interval_width_mean'])}"),
+        )
+        yield "  levels of recursion, mean", number(figures["decay_depth_mean"])
 
 
 def _proved(figures: Mapping[str, Any]) -> Iterator[Row]:

@@ -10,6 +10,7 @@ from netsim.metrics.definitions import (
     centralised,
     communication,
     energy,
+    event_association,
     inference,
     leaders,
     lifetime,
@@ -38,6 +39,7 @@ _GROUPS = (
     inference,
     optimality,
     target_distribution,
+    event_association,
     tracking,
     leaders,
     centralised,
@@ -51,6 +53,7 @@ CATALOGUE: Final[Mapping[str, Metric]] = {metric.name: metric for module in _GRO
 ERROR_METRICS: Final = (
     "association_error",
     "count_error",
+    "pair_error_linf",
     "marginal_error_linf",
     "estimate_error_mean_m",
     "position_error_mean_m",

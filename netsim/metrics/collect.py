@@ -6,6 +6,7 @@ from typing import Any
 from netsim.metrics.budgets import Budgets
 from netsim.metrics.clocks import Clocks
 from netsim.metrics.energy import Energy
+from netsim.metrics.event_association import PairError
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
 from netsim.metrics.fusion import Fusion
@@ -42,6 +43,7 @@ class Metrics:
             OriginError(),
             Optimality(),
             CountError(),
+            PairError(),
             Tracking(),
             EstimateErrors(),
             Beliefs(),

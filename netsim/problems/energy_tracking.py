@@ -35,7 +35,7 @@ class EnergyTarget:
 
 @parameters
 class EnergyTrackingParameters:
-    """Tracking by energy: a sensor reads the sum of all targets' contributions, which fall with the square of the distance."""
+    """Tracking by energy: a sensor reads the sum of what all targets contribute, falling with the square of the distance."""
 
     type: Literal["energy-tracking"] = "energy-tracking"
     """Kind of problem."""
@@ -56,8 +56,8 @@ class EnergyTrackingParameters:
     start_spread_m: NonNegative = 30.0
     """How far from the place that the first leader is told the target may be."""
     first_leader: Literal["nearest", "one"] = "nearest"
-    """Who is told where a target enters: the sensor nearest to that place, or one for all, the nearest to their mean place, as
-    for a tracker that is joint from the start."""
+    """Who is told where a target enters: the sensor nearest to that place, or one for all, the nearest to their mean place,
+    as for a tracker that is joint from the start."""
     cut_off_m: Annotated[float, Ge(1)] = 100.0
     """From this distance on a track does not follow a target, for the metrics."""
 

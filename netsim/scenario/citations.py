@@ -7,7 +7,7 @@ kind of record without a citation fails a test.
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from netsim.algorithms.registry import CHEN_2006, LIU_2002, LIU_2004
+from netsim.algorithms.registry import CHEN_2006, LIU_2002, LIU_2004, OH_2010
 from netsim.metrics.lifetime import DutyPlan
 from netsim.models import (
     batteries,
@@ -25,7 +25,16 @@ from netsim.models import (
 )
 from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
-from netsim.problems import association, coverage, drawn_graphs, energy_tracking, graph, target_distribution, tracking
+from netsim.problems import (
+    association,
+    coverage,
+    drawn_graphs,
+    energy_tracking,
+    event_association,
+    graph,
+    target_distribution,
+    tracking,
+)
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
 from netsim.scenario.schema import CapacityBattery, DeviceBattery, MainsPower
@@ -68,6 +77,13 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
     energy_tracking.EnergyTrackingParameters: Cited("problem", f"{LIU_2004}, sections 4 and 6"),
     energy_tracking.EnergyTarget: Cited("target", f"{LIU_2004}, eq 3; the saturation is netsim's own"),
+    event_association.EventAssociationParameters: Cited("problem", f"{OH_2010}, sections 2, 5 and 6"),
+    event_association.UniformMeasurements: Cited(
+        "measurements", f"{OH_2010}, section 6; that they are uniform is a reading"
+    ),
+    event_association.GeneratedMeasurements: Cited("measurements", f"{OH_2010}, section 2"),
+    event_association.DrawnEvents: Cited("events", f"{OH_2010}, section 6"),
+    event_association.ListedEvents: Cited("events", f"{OH_2010}, section 6, first example"),
     tracking.TrackingParameters: Cited("problem", f"{LIU_2002}, sections 2 to 5"),
     tracking.AcousticTarget: Cited("target", f"{LIU_2002}, eq 5"),
     tracking.AssumedAmplitude: Cited("sensor model", f"{LIU_2002}, eq 6"),

@@ -18,6 +18,7 @@ from netsim.models.waypoints import WaypointMobility
 from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
 from netsim.problems.energy_tracking import EnergyTrackingParameters
+from netsim.problems.event_association import EventAssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
 from netsim.problems.target_distribution import DistributionParameters
@@ -44,6 +45,7 @@ ProblemParameters = (
     | DistributionParameters
     | TrackingParameters
     | EnergyTrackingParameters
+    | EventAssociationParameters
     | NoProblemParameters
 )
 

@@ -30,6 +30,7 @@ from netsim.trace.events import (
     Identity,
     Log,
     Marginals,
+    PairProbabilities,
     Role,
 )
 from netsim.trace.recorder import Recorder
@@ -41,7 +42,18 @@ MOST_RATE_PPB = 1_000_000
 MOST_HOPS = 255
 MOST_TOGETHER = 24
 """Destinations of one multicast frame: their ids take 49 bytes of it."""
-RECORDABLE = (AlgorithmRecord, Association, Belief, Estimate, GraphMessages, Handoff, Identity, Marginals, Role)
+RECORDABLE = (
+    AlgorithmRecord,
+    Association,
+    Belief,
+    Estimate,
+    GraphMessages,
+    Handoff,
+    Identity,
+    Marginals,
+    PairProbabilities,
+    Role,
+)
 """What an algorithm may put into the trace besides log lines."""
 
 

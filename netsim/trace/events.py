@@ -305,6 +305,7 @@ class Problem:
     topic: ClassVar[str] = "/problem"
     kind: Text
     """`association`, `factor-graph`, `target-distribution`, `tracking`, `energy-tracking`, `none`."""
+    """`association`, `factor-graph`, `target-distribution`, `tracking`, `event-association`, `none`."""
     content_json: Text
 
 
@@ -401,6 +402,24 @@ class Marginals:
     round: U32
     is_max: U8
     """1 for a max-marginal, 0 for a marginal."""
+
+
+@dataclass(frozen=True, slots=True)
+class PairProbabilities:
+    """How probable it is that a measurement is of each event, by its owner, and what is certain about it."""
+
+    topic: ClassVar[str] = "/pairs"
+    node: U32
+    variable: U32
+    """The measurement's number among all."""
+    event: U32Array
+    """The events it may be of; of others it is not."""
+    probability: F64Array
+    low: F64Array
+    """The exact probabilities lie between these bounds, whatever the node was not told."""
+    high: F64Array
+    depth: U32
+    """Levels of recursion used, t."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -529,6 +548,7 @@ Event = (
     | TruthCounts
     | VariablePlacement
     | GraphMessages
+    | PairProbabilities
     | Association
     | Marginals
     | Estimate

@@ -1,0 +1,87 @@
+"""Parameters of correlation-decay data association."""
+
+from typing import Annotated, Literal
+
+from annotated_types import Ge, Le
+
+from netsim.codec import FloatWidth
+from netsim.kernels.correlation_decay import Estimator, VertexOrder
+from netsim.parameters import NonNegative, Positive, PositiveInt, parameters
+
+
+@parameters
+class FloodParameters:
+    """How far measurements are told, and over which graph of the sensors."""
+
+    graph: Literal["sensing", "overlay"] = "overlay"
+    """`sensing`: neighbours are sensors whose discs overlap, as in the paper; an edge between a measurement and an event may
+    span several of them. `overlay`: sensors that may have measurements of the same event, in reach or not: `depth` / 2 hops
+    then bring all that a depth needs."""
+    hops: Annotated[int, Ge(0), Le(255)] = 4
+    """How many hops; 0 floods nothing."""
+    round_s: Positive = 5.0
+    """How long a neighbour is waited for in each round; one that is silent for so long is given up."""
+    attempts: PositiveInt = 3
+    """How often what a neighbour should have told is asked for in that time."""
+    spread_s: NonNegative = 1.0
+    """The first round begins at a random moment of so much time."""
+
+
+@parameters
+class TargetParameters:
+    """Go on until the certified interval of each of a node's pairs is narrow enough.
+
+    A node grows t by two, asks the sensors that may have missing measurements of events within that distance, and computes
+    the interval again, until it is as narrow as asked, `depth` is reached, or the allowance is spent.
+    """
+
+    interval_width: Annotated[float, Ge(0), Le(1)] = 0.05
+    """Widest interval that is narrow enough."""
+    ask_attempts: PositiveInt = 3
+    """How often a sensor that does not answer is asked."""
+    answer_s: Positive = 2.0
+    """How long an answer is waited for."""
+    allowance_j: Positive | None = None
+    """What the node may draw for it, listening included; by default there is no limit."""
+
+
+@parameters
+class CorrelationDecayParameters:
+    """Association probabilities by correlation decay, each sensor for its own measurements.
+
+    Sensors tell their measurements within some hops, compute factors on what they know, and state, with each probability,
+    the interval they can certify: it holds whatever was lost or never told.
+    """
+
+    type: Literal["correlation-decay"] = "correlation-decay"
+    depth: PositiveInt = 8
+    """Levels of the recursion, t; it is exact at twice the number of events or measurements, whichever are fewer."""
+    estimator: Estimator = "normalised"
+    """`normalised`: sums to one with the chance of no measurement (or no event, see `side`). `two_factor`: the product of
+    two factors. `literal`: the ratio of two products over a list of vertices, as printed; it can exceed one."""
+    side: Literal["event", "measurement"] = "event"
+    """What the normalised estimator sums to one for, and the first end of the two-factor form."""
+    vertices: Literal["own", "known"] = "own"
+    """The list of the literal estimator: a sensor's own measurements and their events, as printed, or all it knows."""
+    order: VertexOrder = "measurements_first"
+    """Order of that list, of which the error depends."""
+    factors: Literal["local", "requests"] = "local"
+    """Who computes the factors of the literal estimator: the sensor that wants them, or the owner of each vertex, who gets
+    the rest of the list with what is removed so far, and answers with the product."""
+    flood: FloodParameters = FloodParameters()
+    """How measurements are told."""
+    target: TargetParameters | None = None
+    """Grow t for a narrow interval, up to `depth`; by default t is `depth` from the start."""
+    request_s: Positive = 2.0
+    """After how long an unanswered request for factors is sent again."""
+    until_s: Positive = 60.0
+    """When nodes stop answering others, and the algorithm ends."""
+    payload: FloatWidth = "float64"
+    """Precision of positions on the air; products of factors are float64. All nodes compute with what `payload` leaves of a
+    measurement."""
+
+    def __post_init__(self) -> None:
+        """Refuse factors that nobody asks for."""
+        if self.factors == "requests" and self.estimator != "literal":
+            message = "factors by requests only for the literal estimator: set estimator: literal, or factors: local"
+            raise ValueError(message)
