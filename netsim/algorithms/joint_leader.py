@@ -1,6 +1,6 @@
 """A leader's part: call, collect, update the belief, and decide with whom and where it goes on (Liu et al. 2004)."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -44,10 +44,11 @@ class Leading:
 
     Args:
         station: The node.
+        on_call: Told of every call of this node.
     """
 
-    def __init__(self, station: Station) -> None:
-        self._station = station
+    def __init__(self, station: Station, on_call: Callable[[Call], None]) -> None:
+        self._station, self._on_call = station, on_call
         self._groups: dict[int, Held] = {}
         self._next = 0
         self._turns: dict[int, tuple[int, int]] = {}
@@ -130,6 +131,7 @@ class Leading:
         range_m, places_m = station.knowledge.sensing_range_m, places_of(held)
         call = Call(step, held.turn, held.tracks, places_m, held.rows)
         node.geocast(cover(places_m, range_m), CALL, encode_call(call))
+        self._on_call(call)
         own = None
         if station.range_to_m(places_m) <= range_m:
             own = yield from station.read()
@@ -255,7 +257,7 @@ class Leading:
         return both
 
     def _split(self, place: int) -> Op[None]:
-        """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest to them."""
+        """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest them."""
         station, held = self._station, self._groups[place]
         parts = parts_of(station.parameters, held, self._particles, station.rng)
         if len(parts) == 1:

@@ -34,12 +34,16 @@ class Membership:
         known = [self._heard[track] for track in call.tracks if track in self._heard]
         if any((other.step, other.turn) > (call.step, call.turn) for other in known):
             return
-        self._heard.update(dict.fromkeys(call.tracks, call))
+        self.note(call)
         if station.range_to_m(call.estimates_m) > station.knowledge.sensing_range_m:
             return
         station.node.spawn(self._answer(message, call))
         if station.range_to_m(call.estimates_m) <= station.parameters.watch_share * station.knowledge.sensing_range_m:
             station.node.spawn(self._watch(call))
+
+    def note(self, call: Call) -> None:
+        """Somebody speaks for these tracks, perhaps this node itself."""
+        self._heard.update(dict.fromkeys(call.tracks, call))
 
     def forget(self, message: Message) -> None:
         """A track has ended."""

@@ -36,7 +36,7 @@ class _Tracker:
 
     def __init__(self, station: Station) -> None:
         self._station = station
-        self._leading = Leading(station)
+        self._leading = Leading(station, lambda call: self._membership.note(call))
         self._membership = Membership(station, self._leading.begin)
 
     def run(self) -> Op[None]:
