@@ -16,8 +16,11 @@ STEPS: Final = 80
 ACCURATE: Final = 1e-13
 """Greatest error of a sum at which scaling ends."""
 
-ACCEPTED: Final = 1e-10
-"""Greatest error of a sum that is no failure."""
+ACCEPTED: Final = 1e-7
+"""Greatest error of a sum that is taken for rounding in the table and is rounded away; a greater one is a failure."""
+
+NEGLIGIBLE: Final = 1e-12
+"""Singular values below this share of the greatest tell of scales that no longer change anything."""
 
 
 def fitted(table: FloatArray, row_sums: FloatArray, column_sums: FloatArray) -> FloatArray | None:
@@ -32,7 +35,22 @@ def fitted(table: FloatArray, row_sums: FloatArray, column_sums: FloatArray) -> 
     scaled, error = _swept(table, row_sums, columns)
     if error > ACCURATE:
         scaled, error = _newton(scaled, row_sums, columns)
-    return scaled if error <= ACCEPTED else None
+    if error > ACCEPTED:
+        return None
+    return scaled if error <= ACCURATE else _rounded(scaled, row_sums, columns)
+
+
+def _rounded(table: FloatArray, row_sums: FloatArray, column_sums: FloatArray) -> FloatArray:
+    """A table whose sums are nearly right, moved to right ones (Altschuler, Weed and Rigollet 2017, algorithm 2).
+
+    What sums have too much is scaled away, what is then missing is added as a product of rows and columns: no more than the
+    error, and where there was nothing too.
+    """
+    table = table * np.minimum(_ratio(row_sums, table.sum(axis=1)), 1.0)[:, None]
+    table = table * np.minimum(_ratio(column_sums, table.sum(axis=0)), 1.0)
+    rows, columns = row_sums - table.sum(axis=1), column_sums - table.sum(axis=0)
+    missing = float(rows.sum())
+    return table if missing <= 0.0 else table + np.outer(np.maximum(rows, 0.0), np.maximum(columns, 0.0)) / missing
 
 
 def _swept(table: FloatArray, row_sums: FloatArray, column_sums: FloatArray) -> tuple[FloatArray, float]:
@@ -74,6 +92,6 @@ def _stepped(table: FloatArray, row_sums: FloatArray, column_sums: FloatArray) -
     rows, columns = table.sum(axis=1), table.sum(axis=0)
     hessian = np.block([[np.diag(rows), table], [table.T, np.diag(columns)]])
     gradient = np.concatenate([rows - row_sums, columns - column_sums])
-    step = -np.linalg.lstsq(hessian, gradient, rcond=1e-15)[0]
+    step = -np.linalg.lstsq(hessian, gradient, rcond=NEGLIGIBLE)[0]
     step *= min(1.0, 2.0 / max(float(np.abs(step).max()), 1e-300))
     return np.asarray(table * np.exp(step[: len(rows), None] + step[None, len(rows) :]))

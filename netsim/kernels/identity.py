@@ -24,6 +24,10 @@ EVEN_PAIR: Final = 0.5
 MOST_TARGETS: Final = 8
 """Of the exact posterior: the 40320 assignments of eight targets would become 362880."""
 
+IMPOSSIBLE: Final = 1e-9
+"""Evidence this improbable, beside what it would be under the identity that it speaks most for, contradicts what is known:
+entries of a matrix are not sure to more."""
+
 CLOSED: Final = 1e-9
 """A group may lack this much of an identity that evidence gives to one of its rows; it is rounding."""
 
@@ -96,8 +100,8 @@ def evidence(identities: FloatArray, row: int, likelihood: ArrayLike, group: Seq
         group: The rows that may change, the track's among them or not; None for all.
 
     Raises:
-        ValueError: The evidence contradicts the row: every identity it may have is impossible. Or the likelihood is negative
-            or not finite, or leaves the group's rows no way to sum up.
+        ValueError: The evidence contradicts the row: it is impossible, to rounding, under every identity the track may have.
+            Or the likelihood is negative or not finite, or leaves the group's rows no way to sum up.
     """
     updated = identities.copy()
     members = [member for member in (range(len(identities)) if group is None else group) if member != row]
@@ -130,8 +134,8 @@ def posterior(row: FloatArray, likelihood: ArrayLike) -> FloatArray:
         raise ValueError(message)
     joint = row * factors
     total = float(joint.sum())
-    if total <= 0.0:
-        message = "the evidence contradicts what is known: every identity that the track may have is impossible by it"
+    if total <= IMPOSSIBLE * float(factors.max(initial=0.0)):
+        message = "the evidence contradicts what is known: no identity that the track may have agrees with it"
         raise ValueError(message)
     return np.asarray(joint / total)
 

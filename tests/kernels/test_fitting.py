@@ -42,6 +42,14 @@ def test_impossible_sums_are_none():
     assert fitted(np.array([[1.0, 0.0], [1.0, 1.0]]), np.ones(2), np.array([0.5, 1.5])) is None
 
 
+def test_sums_wrong_by_rounding_are_rounded_away():
+    # row 1 holds nothing of the first column, which is given 1e-8
+    found = fitted(np.array([[0.0, 1.0], [0.0, 1.0]]), np.ones(2), np.array([1e-8, 2.0 - 1e-8]))
+    np.testing.assert_allclose(found.sum(axis=0), [1e-8, 2.0 - 1e-8], atol=1e-13)
+    np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-13)
+    assert (found >= 0.0).all()
+
+
 def test_columns_without_mass_are_emptied():
     found = fitted(np.array([[1.0, 1.0, 1.0]]), np.ones(1), np.array([0.25, 0.0, 0.75]))
     np.testing.assert_allclose(found, [[0.25, 0.0, 0.75]])
