@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from netsim.kernels.fitting import fitted
 from netsim.kernels.identity import (
     EVEN_PAIR,
     even,
@@ -13,6 +14,7 @@ from netsim.kernels.identity import (
     exact_start,
     mix,
     mix_by,
+    posterior,
     unmixed,
 )
 
@@ -219,6 +221,36 @@ def test_a_very_long_history_keeps_its_sums():
         else:
             identities = evidence(identities, int(rng.integers(5)), rng.choice([0.05, 0.5, 0.95], 5))
     assert_sums(identities)
+
+
+def all_scaled(identities: np.ndarray, row: int, likelihood: np.ndarray) -> np.ndarray:
+    """Plain Sinkhorn scaling, in which the row of the evidence takes part."""
+    updated = identities.copy()
+    updated[row] = posterior(identities[row], likelihood)
+    return fitted(updated, np.ones(len(updated)), np.ones(len(updated)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("targets", [3, 4, 5, 6])
+def test_keeping_the_row_comes_nearer_to_the_exact_posterior_than_scaling_all(targets):
+    errors = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        kept, scaled, exact = unmixed(targets), unmixed(targets), exact_start(targets)
+        for _ in range(30):
+            if rng.random() < 0.5:
+                pair = rng.choice(targets, 2, replace=False).tolist()
+                kept, scaled, exact = mix(kept, pair, 0.5), mix(scaled, pair, 0.5), exact.mix(pair, 0.5)
+            else:
+                row = int(rng.integers(targets))
+                likelihood = np.full(targets, 0.06 / (targets - 1))
+                likelihood[rng.choice(targets, p=exact.marginals()[row])] = 0.94
+                kept, scaled = evidence(kept, row, likelihood), all_scaled(scaled, row, likelihood)
+                exact = exact.evidence(row, likelihood)
+            errors.append([np.abs(found - exact.marginals()).mean() for found in (kept, scaled)])
+    kept_error, scaled_error = np.mean(errors, axis=0)
+    assert kept_error < 0.5 * scaled_error
+    assert kept_error < 0.02
 
 
 def test_work_grows_with_the_group():
