@@ -240,8 +240,8 @@ def identity_likelihood(probabilities: FloatArray, class_of: Sequence[int], mist
     Args:
         probabilities: Of the classes, all alike beforehand.
         class_of: Class of each target, shape (M,).
-        mistaken: Share of the sounds that are some other vehicle's, of any class alike; above 0 no single sound makes a track
-            certain for good.
+        mistaken: Share of the sounds that are some other vehicle's, of any class alike; above 0 no single sound makes a
+            track certain for good.
     """
     blurred = (1.0 - mistaken) * probabilities + mistaken / len(probabilities)
     return np.asarray(blurred[list(class_of)])
