@@ -20,7 +20,7 @@ SEGMENTS: Final = 64
 """Sides, in each quarter, of the polygon that stands for a circle where covers are computed; it encloses the circle."""
 
 MARGIN: Final = 1e-6
-"""Covers are larger by this share of their extent and their coordinates, as these travel as 32-bit floats."""
+"""Covers are larger by this share of their extent, their coordinates and a metre: coordinates travel as 32-bit floats."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def covering(region: CompoundRegion) -> Region | None:
     if geometry.is_empty:
         return None
     low_x, low_y, high_x, high_y = geometry.bounds
-    margin_m = MARGIN * (max(high_x - low_x, high_y - low_y) + max(abs(edge) for edge in geometry.bounds))
+    margin_m = MARGIN * (1.0 + max(high_x - low_x, high_y - low_y) + max(abs(edge) for edge in geometry.bounds))
     return _least_cover(geometry.buffer(margin_m, join_style="mitre"), margin_m)
 
 
