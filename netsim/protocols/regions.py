@@ -103,12 +103,15 @@ def covering(region: CompoundRegion) -> Region | None:
     """
     if not isinstance(region, Union | Intersection):
         return region
+    import shapely
+
     geometry = _geometry(region)
     if geometry.is_empty:
         return None
     low_x, low_y, high_x, high_y = geometry.bounds
     margin_m = MARGIN * (1.0 + max(high_x - low_x, high_y - low_y) + max(abs(edge) for edge in geometry.bounds))
-    return _least_cover(geometry.buffer(margin_m, join_style="mitre"), margin_m)
+    corners = shapely.MultiPoint(shapely.get_coordinates(geometry.convex_hull))
+    return _least_cover(corners.buffer(margin_m).convex_hull, margin_m)
 
 
 def _least_cover(geometry: "Geometry", margin_m: float) -> Region:

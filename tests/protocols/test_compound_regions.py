@@ -62,6 +62,7 @@ def test_a_point_is_judged_as_the_network_judges_it(region, points):
 @settings(max_examples=60, deadline=None)
 @given(REGIONS, st.integers(0, 2**32 - 1))
 @example(Union((Rectangle((0.0, 0.0), (0.0, 0.0)),)), 0)
+@example(Union((Rectangle((0.0, 0.0), (0.0, 1e-38)),)), 0)
 def test_a_cover_leaves_nothing_out_after_its_way_over_the_air(region, seed):
     points = np.random.default_rng(seed).uniform(-320.0, 320.0, (2000, 2))
     inside = points[contains(region, points)]
