@@ -15,7 +15,7 @@ from netsim.kernels.semiring import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class EnergyModel:
-    """A reading z = sum_i C / d_i^2 + n with normal noise n (eq 3); d_i is the range of source i, at least a saturation range.
+    """A reading z = sum_i C / d_i^2 + n with normal noise n (eq 3); ranges d_i below a saturation range count as that.
 
     Attributes:
         amplitude: C of every source, in units of a reading times square metres; above 0.

@@ -1,10 +1,10 @@
 """From beliefs about single targets to a joint one and back (Liu et al. 2004, section 4.2).
 
-A joint belief is the product of the beliefs it is made of (eq 4). Back it goes by *logical* targets: sums of energies do not
-tell which target is which, so that a joint belief may hold a pair and the same pair swapped. Each particle's targets are
-ordered along an axis, and a logical target is a rank in that order (eqs 6 and 7: the left and the right one). What is lost is
-who is who, which identity matrices keep (`netsim.kernels.identity`). In the plane the border between two logical targets is a
-cutting plane whose normal is the first principal axis of all places pooled.
+A joint belief is the product of the beliefs it is made of (eq 4). Back it goes by *logical* targets: sums of energies do
+not tell which target is which, so that a joint belief may hold a pair and the same pair swapped. Each particle's targets are
+ordered along an axis, and a logical target is a rank in that order (eqs 6 and 7: the left and the right one). What is lost
+is who is who, which identity matrices keep (`netsim.kernels.identity`). In the plane the border between two logical targets
+is a cutting plane whose normal is the first principal axis of all places pooled.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,8 +20,8 @@ from netsim.kernels.semiring import FloatArray
 def join(a: ParticleBelief, b: ParticleBelief, count: int, rng: np.random.Generator) -> ParticleBelief:
     """The product of two beliefs about different targets (eq 4): those of `a`, then those of `b`.
 
-    Particles are drawn from each belief independently of the other: systematically, and in random pairs, so that each pair is
-    expected as often as the product of its weights says.
+    Particles are drawn from each belief independently of the other: systematically, and in random pairs, so that each pair
+    is expected as often as the product of its weights says.
 
     Args:
         a: About some targets.
@@ -66,8 +66,8 @@ def separate(
         groups: How many neighbours along the axis each group has, from the lowest on; they sum up to M. (1, 1) separates a
             pair, (2, 1) leaves the lower two of three together.
         rng: Random numbers for drawing; unused without `counts`.
-        counts: How many particles each group's belief is to have. Without it each keeps all particles with their weights, and
-            nothing is lost but what groups tell of each other.
+        counts: How many particles each group's belief is to have. Without it each keeps all particles with their weights,
+            and nothing is lost but what groups tell of each other.
 
     Raises:
         ValueError: The groups do not share out the targets.

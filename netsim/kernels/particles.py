@@ -121,11 +121,12 @@ def condition(belief: ParticleBelief, log_likelihood: FloatArray) -> ParticleBel
             it anew with `uniform_disc`, or leave the measurement out.
     """
     logs = belief.log_weights + log_likelihood
-    total = _log_sum(logs)
-    if not math.isfinite(total):
-        message = f"the log likelihoods of {belief.count} particles sum up to {total}: expected a finite number"
+    top = float(logs.max())
+    if not math.isfinite(top):
+        message = f"the best of {belief.count} particles has the log weight {top}: expected a finite number"
         raise ValueError(message)
-    return ParticleBelief(belief.positions_m, logs - total)
+    above = logs - top  # first, as the logarithm of the sum is small beside a top far from 0
+    return ParticleBelief(belief.positions_m, above - _log_sum(above))
 
 
 def systematic(weights: FloatArray, count: int, rng: np.random.Generator) -> IndexArray:
@@ -136,7 +137,7 @@ def systematic(weights: FloatArray, count: int, rng: np.random.Generator) -> Ind
     upper = np.cumsum(weights)
     places = (rng.random() + np.arange(count)) * (upper[-1] / count)
     drawn = np.searchsorted(upper, places, side="right")
-    return np.minimum(drawn, np.flatnonzero(weights)[-1])
+    return np.asarray(np.minimum(drawn, np.flatnonzero(weights)[-1]))
 
 
 def resample(belief: ParticleBelief, count: int, rng: np.random.Generator) -> ParticleBelief:
