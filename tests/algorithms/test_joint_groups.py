@@ -87,6 +87,7 @@ def test_a_group_is_named_by_all_its_tracks():
     assert (label_of((3,)), group((0, 0), (9, 9), tracks=(2, 5)).label) == ("track 3", "track 2 and track 5")
 
 
+@settings(max_examples=10)
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500)), min_size=1, max_size=4), st.integers(0, 10))
 def test_the_cover_holds_the_disc_around_every_target(places_m, seed):
     rng = np.random.default_rng(seed)

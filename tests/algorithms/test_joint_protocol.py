@@ -1,6 +1,7 @@
 """Leaders and members on a bench: sensors in a row, a metre apart, whose targets stand still."""
 
 from collections import defaultdict
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def leaders(run):
 
 def longest_with_two_s(run, track):
     turns = [*leaders(run)[track], (run.end_ns / NS_PER_S, [])]
-    return max((b - a for (a, nodes), (b, _) in zip(turns, turns[1:], strict=False) if len(nodes) > 1), default=0.0)
+    return max((b - a for (a, nodes), (b, _) in pairwise(turns) if len(nodes) > 1), default=0.0)
 
 
 def logs(run, words):
