@@ -4,6 +4,7 @@ A node may lead groups, and is a member of those whose leaders' calls reach it w
 group is where its targets are (a geographically constrained group), and forms anew with every call.
 """
 
+from netsim.algorithms.joint_detection import Detection
 from netsim.algorithms.joint_leader import Leading
 from netsim.algorithms.joint_member import Membership
 from netsim.algorithms.joint_messages import Held, decode_given, encode_taken, one_hot
@@ -41,8 +42,11 @@ class _Tracker:
 
     def run(self) -> Op[None]:
         node = self._station.node
-        for start in self._station.knowledge.starts:
-            node.spawn(self._start(start))
+        if self._station.parameters.begin == "detected":
+            node.spawn(Detection(self._station, self._membership, self._leading.claim).run())
+        else:
+            for start in self._station.knowledge.starts:
+                node.spawn(self._start(start))
         while True:
             message = yield from node.receive(kinds={CALL, CLAIM, END, GIVEN, READING})
             if message is not None:
