@@ -45,12 +45,13 @@ def _switches(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 def _groups(figures: Mapping[str, Any]) -> Iterator[Row]:
     """Of collaboration groups, whose leaders collect the readings of an instant before they tell an estimate."""
-    yield "distance of estimate and target at the reading, mean", metres(figures["reading_error_mean_m"])
-    yield "  NEES at the reading, mean (consistent: 2)", number(figures["reading_nees_mean"])
+    yield "error of estimates at their reading, mean", metres(figures["reading_error_mean_m"])
+    if figures["reading_nees_mean"] is not None:
+        yield "  NEES at the reading (consistent: 2)", number(figures["reading_nees_mean"])
     yield "merges and splits of groups", f"{figures['group_merges']} and {figures['group_splits']}"
     yield "  readings taken jointly", percent(figures["joint_readings_share"])
     yield (
-        f"distance of member and leader, mean of {figures['reports']:,} reports",
+        "distance of a reporting member, mean",
         metres(figures["report_distance_mean_m"]),
     )
     yield "changes of a track's leader", f"{figures['track_leader_changes']:,}"

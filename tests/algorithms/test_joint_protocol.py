@@ -124,6 +124,19 @@ def test_a_leader_that_is_not_heard_is_replaced_once_and_gives_way_when_it_is_he
     assert leaders(run)[0][-1][0] < 7.2
 
 
+def test_of_two_that_begin_the_same_track_the_lower_node_goes_on():
+    """As many turns each: a tie, and both are told of it by the first calls."""
+    run = bench([4.2], [(3, 0, 4.2), (5, 0, 4.2)], migrate_m=9.0)
+    assert leaders(run)[0][-1][1] == [3]
+    assert longest_with_two_s(run, 0) < 0.01
+
+
+def test_a_leader_that_is_out_of_reach_of_the_better_one_is_told_by_it():
+    """Node 4 is in the region of node 8's calls, but not the other way round."""
+    run = bench([4.2], [(4, 0, 4.2), (8, 0, 7.0)], migrate_m=9.0)
+    assert leaders(run)[0][-1][1] == [4]
+
+
 def test_two_groups_that_collide_merge_and_one_node_leads_both_tracks():
     run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)])
     final = {track: turns[-1][1] for track, turns in leaders(run).items()}

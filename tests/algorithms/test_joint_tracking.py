@@ -136,10 +136,13 @@ def test_calls_readings_and_beliefs_that_are_lost(scenarios, losses):
 
 
 @pytest.mark.slow
-def test_sensors_that_may_not_read_leave_the_tracks_to_the_others(scenarios):
-    run = JointRun(scenarios / CROSSING, "nodes.0.budget={allowance_j: 0.0000001, per: 10, policy: refuse}")
+def test_sensors_that_may_not_read_see_no_targets_and_their_tracks_end(scenarios):
+    budget = "nodes.0.budget={allowance_j: 0.0000001, per: 10, policy: refuse}"
+    run = JointRun(scenarios / CROSSING, budget, "duration_s=15")
     assert not run.crashes()
-    assert not run.figures().get("nodes_failed", 0)
+    assert run.figures()["nodes_failed"] == 0
+    assert not [event for _, event in run.of(MessageSent) if event.kind == "reading"]
+    assert all(turns[-1][1] == frozenset() for turns in run.leaders().values())
 
 
 @pytest.mark.slow
