@@ -192,6 +192,7 @@ NAMES: Final[Mapping[type[Any], str]] = {
     duty_cycle.DutyCycleParameters: "periodic",
     budget.BudgetParameters: "budget",
     DutyPlan: "duty-plan",
+    energy_tracking.EnergyTarget: "energy-target",
 }
 """Names of the records that have no `type`."""
 
