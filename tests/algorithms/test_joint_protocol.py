@@ -18,14 +18,14 @@ NODES, RANGE_M = 12, 3.0
 TRUE = EnergyModel(amplitude_for(RANGE_M, 1.0), 1.0, 0.7)
 
 
-def bench(targets_m, starts, *rules, duration_s=12.0, observe=None, **settings):
+def bench(targets_m, starts, *rules, duration_s=12.0, observe=None, blind=(), **settings):
     """A run with targets at places (x, 0), and tracks that nodes are told: (node, track, x)."""
 
     def knowledge(node):
         told = [TrackStart(track, (x_m, 0.0), 1.0, 1) for at, track, x_m in starts if at == node]
         return EnergyTrackingKnowledge(
-            has_sensor=True,
-            sensors_m={each: (float(each), 0.0) for each in range(NODES)},
+            has_sensor=node not in blind,
+            sensors_m={each: (float(each), 0.0) for each in range(NODES) if each not in blind},
             model=EnergyModel(TRUE.amplitude, 2.0, TRUE.saturation_m),
             sensing_range_m=RANGE_M,
             reading_s=1.0,
@@ -97,6 +97,14 @@ def test_a_new_leader_that_cannot_be_reached_is_passed_over():
     run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="given", destination=4))
     assert leaders(run)[0][-1][1] in ([3], [5])
     assert longest_with_two_s(run, 0) < 0.01
+
+
+def test_nodes_without_a_sensor_take_no_part():
+    run = bench([4.2], [(2, 0, 3.5)], blind=(0, 4, 5))
+    assert not run.failures
+    assert leaders(run)[0][-1][1] == [3]
+    assert not {event.node for _, event in run.of(Role)} & {0, 4, 5}
+    assert {0, 4, 5}.isdisjoint(run.unfinished), "their algorithm has ended"
 
 
 def test_a_group_that_arrives_twice_is_led_once():
