@@ -16,6 +16,8 @@ from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParam
 from netsim.algorithms.idsq import Idsq
 from netsim.algorithms.idsq_parameters import IdsqParameters
 from netsim.algorithms.independent import Independent, IndependentParameters
+from netsim.algorithms.joint_parameters import JointTrackingParameters
+from netsim.algorithms.joint_tracking import JointTracking
 from netsim.algorithms.message_passing import MessagePassing
 from netsim.algorithms.message_passing_parameters import (
     CsmpParameters,
@@ -36,6 +38,9 @@ GRAPHICAL = ("association", "factor-graph", "target-distribution")
 """Problems with a graphical model."""
 
 LIU_2002 = "Liu, Reich, Zhao, EURASIP J. Applied Signal Processing 2003:4 (2003) 378-391, manuscript of 2002"
+LIU_2004 = (
+    "Liu, Chu, Liu, Reich, Zhao, Distributed state representation for tracking problems in sensor networks, IPSN 2004"
+)
 OH_2010 = "Oh, A distributed deterministic approximation algorithm for data association, 2010"
 CHEN_2006 = "Chen, Wainwright, Cetin, Willsky, Mathematical and Computer Modelling 43 (2006) 1114-1135"
 
@@ -147,6 +152,14 @@ SHIPPED: Mapping[str, Entry] = {
             ("tracking",),
             needs_sink=True,
             roles=("centre",),
+        ),
+        Entry(
+            "joint-tracking",
+            JointTrackingParameters,
+            JointTracking,
+            "groups around targets, joint where these are near each other; identities apart from places",
+            LIU_2004,
+            ("energy-tracking",),
         ),
         Entry(
             "correlation-decay",

@@ -24,7 +24,7 @@ sensors."""
 
 def cut_off_of(problem: Problem, otherwise_m: float) -> float:
     """The distance from which on a track does not follow a target: the tracking problem's own, or the given one."""
-    if problem.kind != "tracking":
+    if problem.kind not in ("tracking", "energy-tracking"):
         return otherwise_m
     return float(json.loads(problem.content_json).get("cut_off_m", otherwise_m))
 

@@ -9,8 +9,9 @@ import numpy as np
 from netsim.api import Algorithm
 from netsim.errors import InvariantError, ScenarioError
 from netsim.kernels.association_reach import require_reach
-from netsim.problems import association, event_association, graph, target_distribution, tracking
+from netsim.problems import association, energy_tracking, event_association, graph, target_distribution, tracking
 from netsim.problems.association import AssociationParameters
+from netsim.problems.energy_tracking import EnergyTrackingParameters
 from netsim.problems.event_association import EventAssociationParameters
 from netsim.problems.graph import GraphFile, GraphParameters
 from netsim.problems.none import NoProblem
@@ -94,6 +95,9 @@ def _draw_problem(nodes: Sequence[Place], streams: Streams, loaded: LoadedScenar
         sensing = [place for place in nodes if place.sensor is not None]
         ids, box_m = [place.id for place in sensing], _box_m(loaded)
         return target_distribution.build(parameters, positions_m(sensing), ids, box_m, streams, routes)
+    if isinstance(parameters, EnergyTrackingParameters):
+        places_m = {place.id: (place.x_m, place.y_m) for place in nodes if place.sensor is not None}
+        return energy_tracking.build(parameters, places_m, _box_m(loaded), streams, loaded.folder)
     if isinstance(parameters, EventAssociationParameters):
         places_m = {place.id: (place.x_m, place.y_m) for place in nodes if place.sensor is not None}
         return event_association.build(parameters, places_m, _box_m(loaded), streams)

@@ -7,7 +7,7 @@ kind of record without a citation fails a test.
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from netsim.algorithms.registry import CHEN_2006, LIU_2002, OH_2010
+from netsim.algorithms.registry import CHEN_2006, LIU_2002, LIU_2004, OH_2010
 from netsim.metrics.lifetime import DutyPlan
 from netsim.models import (
     batteries,
@@ -29,6 +29,7 @@ from netsim.problems import (
     association,
     coverage,
     drawn_graphs,
+    energy_tracking,
     event_association,
     graph,
     target_distribution,
@@ -74,6 +75,8 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     association.AssociationParameters: Cited("problem", f"{CHEN_2006}, sections 3 and 6.1"),
     graph.GraphParameters: Cited("problem", f"{OWN}; the pairwise form as in {CHEN_2006}, eqs 2 to 5"),
     target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
+    energy_tracking.EnergyTrackingParameters: Cited("problem", f"{LIU_2004}, sections 4 and 6"),
+    energy_tracking.EnergyTarget: Cited("target", f"{LIU_2004}, eq 3; the saturation is netsim's own"),
     event_association.EventAssociationParameters: Cited("problem", f"{OH_2010}, sections 2, 5 and 6"),
     event_association.UniformMeasurements: Cited(
         "measurements", f"{OH_2010}, section 6; that they are uniform is a reading"
@@ -189,6 +192,7 @@ NAMES: Final[Mapping[type[Any], str]] = {
     duty_cycle.DutyCycleParameters: "periodic",
     budget.BudgetParameters: "budget",
     DutyPlan: "duty-plan",
+    energy_tracking.EnergyTarget: "energy-target",
 }
 """Names of the records that have no `type`."""
 

@@ -17,6 +17,7 @@ from netsim.models.sensors import SensorParameters
 from netsim.models.waypoints import WaypointMobility
 from netsim.parameters import Name, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.association import AssociationParameters
+from netsim.problems.energy_tracking import EnergyTrackingParameters
 from netsim.problems.event_association import EventAssociationParameters
 from netsim.problems.graph import GraphParameters
 from netsim.problems.none import NoProblemParameters
@@ -43,6 +44,7 @@ ProblemParameters = (
     | GraphParameters
     | DistributionParameters
     | TrackingParameters
+    | EnergyTrackingParameters
     | EventAssociationParameters
     | NoProblemParameters
 )

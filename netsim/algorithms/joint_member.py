@@ -1,0 +1,100 @@
+"""A member's part: read when a leader calls, tell it, and take a track over whose leader has fallen silent."""
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from netsim.algorithms.joint_belief import particles_of
+from netsim.algorithms.joint_book import Calls
+from netsim.algorithms.joint_groups import kept
+from netsim.algorithms.joint_messages import Call, Held, Reading, decode_call, encode_reading
+from netsim.algorithms.joint_station import CALL, READING, Station
+from netsim.api import Message, Op
+from netsim.kernels.particles import uniform_disc
+
+
+class Membership:
+    """One node's memberships.
+
+    Args:
+        station: The node.
+        claim: Lead a group whose leader has fallen silent.
+    """
+
+    def __init__(self, station: Station, claim: Callable[[Held], None]) -> None:
+        self._station, self._claim = station, claim
+        self._heard: dict[int, Call] = {}
+        """The last word heard, by track."""
+        self._calls = Calls(station)
+
+    def hear(self, message: Message) -> None:
+        """Answer a call whose targets are in range, and watch over it; a claim is not to be answered."""
+        call, station = decode_call(message.payload), self._station
+        if any(self._is_older(call, track) for track in call.tracks):
+            return
+        self.note(call)
+        self._calls.note(message.source, call)
+        if station.range_to_m(call.estimates_m) <= station.knowledge.sensing_range_m and message.kind == CALL:
+            station.node.spawn(self._answer(message, call))
+        if tracks := self._watched(call):
+            station.node.spawn(self._watch(call, tracks))
+
+    def _watched(self, call: Call) -> tuple[int, ...]:
+        """The tracks that this node is near to; of the others it might hear nothing once the group has split."""
+        range_m = self._station.parameters.watch_share * self._station.knowledge.sensing_range_m
+        near = np.hypot(*(call.estimates_m - self._station.place_m).T) <= range_m
+        return tuple(track for track, is_near in zip(call.tracks, near.tolist(), strict=True) if is_near)
+
+    def note_own(self, call: Call) -> None:
+        """This node itself calls."""
+        self.note(call)
+        self._calls.note(self._station.node.id, call)
+
+    def note(self, call: Call) -> None:
+        """Somebody speaks for these tracks, perhaps this node itself."""
+        self._heard.update(dict.fromkeys(call.tracks, call))
+
+    def forget(self, message: Message) -> None:
+        """A track has ended, unless a later leader goes on with it."""
+        call = decode_call(message.payload)
+        for track in call.tracks:
+            if not self._is_older(call, track):
+                self._heard.pop(track, None)
+
+    def is_covered(self, step: int) -> bool:
+        """Whether a group has called this node at a step."""
+        return self._calls.any_at(step)
+
+    def _is_older(self, call: Call, track: int) -> bool:
+        known = self._heard.get(track)
+        return known is not None and (known.step, known.turn) > (call.step, call.turn)
+
+    def _answer(self, message: Message, call: Call) -> Op[None]:
+        station, parameters = self._station, self._station.parameters
+        energy = yield from station.read(call.step)
+        spread_ns = parameters.spread_share * parameters.collect_share * station.step_ns
+        yield from station.node.pause(int(station.node.rng("answers").random() * spread_ns))
+        if energy is not None:
+            payload = encode_reading(Reading(call.step, energy, self._calls.sighted(call)))
+            station.node.send(message.source, READING, payload, causes=[message])
+
+    def _watch(self, call: Call, tracks: Collection[int]) -> Op[None]:
+        """Take over those tracks for which nobody speaks any more; the nearest to the targets is the first to do so."""
+        station, parameters = self._station, self._station.parameters
+        range_share = station.range_to_m(call.estimates_m) / station.knowledge.sensing_range_m
+        delay = 0.7 * range_share + 0.2 * float(station.node.rng("watch").random())
+        silence_ns = (parameters.silence_steps + delay) * station.step_ns
+        yield from station.node.pause_until(station.time_ns(call.step) + int(silence_ns))
+        held = kept(self._anew(call), [track for track in tracks if self._heard.get(track) is call])
+        if held is not None:
+            station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
+            self._claim(held)
+
+    def _anew(self, call: Call) -> Held:
+        """What a member can know: the targets were near the last estimates, and have moved since."""
+        station = self._station
+        elapsed = station.step - call.step + 1  # a call's estimates are a step old
+        spread_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * elapsed
+        belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
+        rows = call.rows / call.rows.sum(axis=1, keepdims=True)
+        return Held(station.step, call.turn + 1, call.tracks, belief, np.asarray(rows))

@@ -1,0 +1,187 @@
+"""What the groups of joint tracking tell each other, as bytes.
+
+A group is named by its tracks; its word counts by `turn`, which grows with every change of leader.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
+from netsim.kernels.particles import ParticleBelief, equal_weights
+from netsim.kernels.semiring import FloatArray
+
+_CALL = Record("IHB")  # step, turn, number of tracks
+_READING = Record("I")  # step
+_SIGHTING = Record("HI")  # leader, track
+_GIVEN = Record("IHBBBHH")  # step, turn, whether it is parted and has met, quiet readings, tracks, targets, particles
+_TRACK = Record("I")
+_TAKEN = Record("IH")  # step, turn
+_MOST_QUIET = 0xFF
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Call:
+    """A leader's word to its group: read, and tell me.
+
+    Attributes:
+        step: Number of the reading.
+        turn: How often the group's leader has changed.
+        tracks: The group's tracks, ascending.
+        estimates_m: Where they were a step ago, shape (M, 2).
+        rows: Identity rows of the tracks, shape (M, targets).
+    """
+
+    step: int
+    turn: int
+    tracks: tuple[int, ...]
+    estimates_m: FloatArray
+    rows: FloatArray
+
+
+def encode_call(call: Call) -> bytes:
+    """A call as it goes over the air; estimates and rows as float32."""
+    head = _CALL.pack(call.step, call.turn, len(call.tracks)) + b"".join(map(_TRACK.pack, call.tracks))
+    return head + encode_floats(call.estimates_m.ravel(), "float32") + encode_floats(call.rows.ravel(), "float32")
+
+
+def decode_call(data: bytes) -> Call:
+    """The inverse of `encode_call`."""
+    step, turn, count = _CALL.unpack(data)
+    tracks, offset = _tracks(data, _CALL.size_byte, count)
+    end = offset + size_byte(2 * count, "float32")
+    estimates_m = decode_floats(data[offset:end], "float32").reshape(count, 2)
+    return Call(step, turn, tracks, estimates_m, decode_floats(data[end:], "float32").reshape(count, -1))
+
+
+def _tracks(data: bytes, offset: int, count: int) -> tuple[tuple[int, ...], int]:
+    """Track numbers at an offset, and where they end."""
+    offsets = range(offset, offset + count * _TRACK.size_byte, _TRACK.size_byte)
+    return tuple(int(_TRACK.unpack(data, at)[0]) for at in offsets), offset + count * _TRACK.size_byte
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A track of another group in whose range a member is too: its groups collide.
+
+    Attributes:
+        leader: Node that leads it.
+        track: Its number.
+        x_m: Where it was a step ago.
+        y_m: Where it was a step ago.
+    """
+
+    leader: int
+    track: int
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a member tells its leader.
+
+    Attributes:
+        step: Number of the reading.
+        energy: What it read.
+        others: Tracks of other groups whose calls for this step it heard, and in whose range it is too.
+    """
+
+    step: int
+    energy: float
+    others: tuple[Sighting, ...]
+
+
+def encode_reading(reading: Reading) -> bytes:
+    """A reading as it goes over the air."""
+    parts = [_READING.pack(reading.step), encode_floats([reading.energy], "float32")]
+    for other in reading.others:
+        parts += [_SIGHTING.pack(other.leader, other.track), encode_floats([other.x_m, other.y_m], "float32")]
+    return b"".join(parts)
+
+
+def decode_reading(data: bytes) -> Reading:
+    """The inverse of `encode_reading`."""
+    (step,) = _READING.unpack(data)
+    first = _READING.size_byte + 4
+    energy = float(decode_floats(data[first - 4 : first], "float32")[0])
+    others = tuple(_sighting(data, offset) for offset in range(first, len(data), _SIGHTING.size_byte + 8))
+    return Reading(step, energy, others)
+
+
+def _sighting(data: bytes, offset: int) -> Sighting:
+    leader, track = _SIGHTING.unpack(data, offset)
+    begin = offset + _SIGHTING.size_byte
+    return Sighting(leader, track, *decode_floats(data[begin : begin + 8], "float32").tolist())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Held:
+    """A group as its leader holds it.
+
+    Attributes:
+        step: The last reading in its belief.
+        turn: How often its leader has changed.
+        tracks: Its tracks; the belief's targets in this order.
+        belief: Where the targets are.
+        rows: Identity rows of the tracks, shape (M, targets).
+        is_parted: Whether it came from a split, and its groups have collided ever since.
+        has_met: Whether its targets have been within the distance of separation since they were joined.
+        quiet: Readings in a row in which no member read a target.
+    """
+
+    step: int
+    turn: int
+    tracks: tuple[int, ...]
+    belief: ParticleBelief
+    rows: FloatArray
+    is_parted: bool = False
+    has_met: bool = False
+    quiet: int = 0
+
+    @property
+    def name(self) -> int:
+        """The lowest of its tracks."""
+        return min(self.tracks)
+
+    @property
+    def label(self) -> str:
+        """Its tracks, in words."""
+        return label_of(self.tracks)
+
+
+def label_of(tracks: Sequence[int]) -> str:
+    """Tracks in words."""
+    return " and ".join(f"track {track}" for track in tracks)
+
+
+def encode_given(held: Held, width: FloatWidth) -> bytes:
+    """A group as it is given; its particles have equal weights."""
+    count, tracks, _ = held.belief.positions_m.shape
+    flags, quiet = held.is_parted | held.has_met << 1, min(held.quiet, _MOST_QUIET)
+    head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, held.rows.shape[1], count)
+    head += b"".join(map(_TRACK.pack, held.tracks)) + encode_floats(held.rows.ravel(), "float64")
+    return head + encode_floats(held.belief.positions_m.ravel(), width)
+
+
+def decode_given(data: bytes, width: FloatWidth) -> Held:
+    """The inverse of `encode_given`."""
+    step, turn, flags, quiet, count, targets, particles = _GIVEN.unpack(data)
+    tracks, offset = _tracks(data, _GIVEN.size_byte, count)
+    end = offset + size_byte(count * targets, "float64")
+    rows = decode_floats(data[offset:end], "float64").reshape(count, targets)
+    positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
+    return Held(step, turn, tracks, equal_weights(positions_m), rows, bool(flags & 1), bool(flags & 2), quiet)
+
+
+def encode_taken(held: Held) -> bytes:
+    """The confirmation of a group that was given."""
+    return _TAKEN.pack(held.step, held.turn) + b"".join(map(_TRACK.pack, held.tracks))
+
+
+def one_hot(tracks: Sequence[int], targets: int) -> FloatArray:
+    """Identity rows of tracks that are what they are called."""
+    rows = np.zeros((len(tracks), targets))
+    rows[np.arange(len(tracks)), list(tracks)] = 1.0
+    return rows
