@@ -1,0 +1,224 @@
+"""What the leaders of an acquaintance group know of who is who (Liu et al. 2004, sections 3.2 and 5; no node, no time).
+
+The group's rows of the identity matrix are a function of what they began as and of the *changes* since: meetings and pieces
+of evidence, each with a number that all leaders order alike (Lamport 1978). Leaders tell each other what they know and
+take the union. So in whatever order words come, and whatever gets lost, every leader's copy is a matrix whose rows and
+columns sum to one, never a mixture of old rows and new ones; leaders that know the same changes have the same numbers to
+the last bit; and of two pieces of evidence at once the later in the order is applied to what the earlier one left.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from netsim.kernels import identity
+from netsim.kernels.fitting import fitted
+from netsim.kernels.semiring import FloatArray
+
+EVIDENCE, EVEN, SHARES = 0, 1, 2
+"""Kinds of changes: something was learned of a track; tracks met, evenly mixed or by given shares."""
+
+Number = tuple[int, int, int]
+"""Of a change: a clock that goes up with all that its author knew, the turn of the author's group, the first track of it."""
+
+CLOSED: Final = 1e-6
+"""Sums of columns that are further from 0 and 1 tell of rows that do not belong together."""
+
+_FAINT: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A meeting of tracks, or evidence about one.
+
+    Attributes:
+        number: Its place in the order.
+        epoch: Of the group when it was made: it is part of what later epochs begin with.
+        kind: `EVIDENCE`, `EVEN` or `SHARES`.
+        tracks: Who met, or of whom something was learned.
+        values: Likelihood of each identity, or shares row by row; nothing for `EVEN`.
+    """
+
+    number: Number
+    epoch: int
+    kind: int
+    tracks: tuple[int, ...]
+    values: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a track's leader is: node, as of a turn of its group."""
+
+    turn: int
+    leader: int
+
+
+@dataclass(frozen=True, eq=False)
+class Acquaintances:
+    """One leader's copy.
+
+    Attributes:
+        tracks: The group, ascending.
+        start: Their rows at the start of the epoch, shape (k, identities).
+        epochs: Of each track. A new epoch begins where one leader has them all: nobody else has anything to add.
+        changes: Since then, in their order.
+        places: Where the leaders are, as far as is known.
+    """
+
+    tracks: tuple[int, ...]
+    start: FloatArray
+    epochs: tuple[int, ...]
+    changes: tuple[Change, ...]
+    places: tuple[Place, ...]
+
+    @staticmethod
+    def alone(track: int, row: FloatArray, place: Place) -> "Acquaintances":
+        """A track that has met nobody."""
+        return Acquaintances((track,), np.array([row], dtype=float), (0,), (), (place,))
+
+    @cached_property
+    def rows(self) -> FloatArray:
+        """The group's rows, shape (k, identities)."""
+        return self._applied[0]
+
+    @property
+    def refused(self) -> frozenset[Number]:
+        """Evidence that contradicts what came before it, and changes nothing."""
+        return self._applied[1]
+
+    @cached_property
+    def _applied(self) -> tuple[FloatArray, frozenset[Number]]:
+        rows, refused = self.start, set[Number]()
+        for change in self.changes:
+            try:
+                rows = self._after(rows, change)
+            except ValueError:
+                refused.add(change.number)
+        return rows, frozenset(refused)
+
+    def _after(self, rows: FloatArray, change: Change) -> FloatArray:
+        indices = [self.tracks.index(track) for track in change.tracks]
+        if change.kind == EVIDENCE:
+            return identity.evidence(rows, indices[0], change.values)
+        if change.kind == EVEN:
+            return identity.mix(rows, indices, identity.even(len(indices)))
+        return identity.mix_by(rows, indices, np.reshape(change.values, (len(indices), len(indices))))
+
+    def row(self, track: int) -> FloatArray:
+        """One track's row, shape (identities,)."""
+        return np.asarray(self.rows[self.tracks.index(track)])
+
+    def place(self, track: int) -> Place:
+        """Where a track's leader was last known to be."""
+        return self.places[self.tracks.index(track)]
+
+    def located(self, track: int, place: Place) -> "Acquaintances":
+        """With news of where a track's leader is."""
+        index = self.tracks.index(track)
+        if place.turn < self.places[index].turn:
+            return self
+        return replace(self, places=(*self.places[:index], place, *self.places[index + 1 :]))
+
+    def learned(self, track: int, likelihood: Sequence[float], turn: int) -> "Acquaintances":
+        """With evidence about a track; likelihoods as float32, which is how they are told.
+
+        Raises:
+            ValueError: The evidence contradicts what is known, or is no likelihood.
+        """
+        values = tuple(np.asarray(likelihood, dtype=np.float32).astype(float).tolist())
+        identity.posterior(self.row(track), values)
+        return self._changed(Change(self._next(turn, track), max(self.epochs), EVIDENCE, (track,), values))
+
+    def met(self, tracks: Sequence[int], shares: FloatArray | None, turn: int) -> "Acquaintances":
+        """After tracks met: evenly mixed, or by shares as `identity.mix_by` takes them.
+
+        Where they are all there are, a new epoch begins.
+        """
+        values = () if shares is None else tuple(shares.ravel().tolist())
+        kind = EVEN if shares is None else SHARES
+        mixed = self._changed(Change(self._next(turn, min(tracks)), max(self.epochs), kind, tuple(tracks), values))
+        return mixed.renewed() if set(self.tracks) == set(tracks) else mixed
+
+    def _next(self, turn: int, track: int) -> Number:
+        return 1 + max((change.number[0] for change in self.changes), default=0), turn, track
+
+    def _changed(self, change: Change) -> "Acquaintances":
+        return replace(self, changes=(*self.changes, change))
+
+    def renewed(self) -> "Acquaintances":
+        """The same rows as the start of a new epoch."""
+        return replace(self, start=self.rows, epochs=(max(self.epochs) + 1,) * len(self.tracks), changes=())
+
+    def merged(self, other: "Acquaintances") -> "Acquaintances | None":
+        """What both know; None where they contradict each other, as after two nodes have led one track.
+
+        Starts are those of the later epochs, with all changes that are not in them already.
+        """
+        tracks = tuple(sorted({*self.tracks, *other.tracks}))
+        sources = [max((known for known in (self, other) if t in known.tracks), key=lambda a: a._epoch(t)) for t in tracks]
+        epochs = tuple(source._epoch(track) for source, track in zip(sources, tracks, strict=True))
+        start = np.stack([s.start[s.tracks.index(t)] for s, t in zip(sources, tracks, strict=True)])
+        places = [max((a.place(t) for a in (self, other) if t in a.tracks), key=lambda at: at.turn) for t in tracks]
+        if not _is_closed(start):
+            return None
+        since = dict(zip(tracks, epochs, strict=True))
+        changes = {
+            change.number: change
+            for change in (*self.changes, *other.changes)
+            if change.epoch >= max(since[track] for track in change.tracks)
+        }
+        return Acquaintances(tracks, start, epochs, tuple(changes[n] for n in sorted(changes)), tuple(places))
+
+    def reconciled(self, other: "Acquaintances") -> "Acquaintances":
+        """What both know, also where they contradict each other: then a compromise, in a new epoch.
+
+        The rows of both, those of the later epoch for tracks that are in both, scaled to hold as many identities as they
+        are: those that they speak most for.
+        """
+        both = self.merged(other)
+        if both is not None:
+            return both
+        tracks = tuple(sorted({*self.tracks, *other.tracks}))
+        sources = [max((known for known in (self, other) if t in known.tracks), key=lambda a: a._epoch(t)) for t in tracks]
+        rows = np.stack([source.row(track) for source, track in zip(sources, tracks, strict=True)]) + _FAINT
+        columns = np.zeros(rows.shape[1])
+        columns[np.argsort(-rows.sum(axis=0), kind="stable")[: len(tracks)]] = 1.0
+        start = fitted(rows, np.ones(len(tracks)), columns)
+        even = np.tile(columns / len(tracks), (len(tracks), 1))
+        places = [max((a.place(t) for a in (self, other) if t in a.tracks), key=lambda at: at.turn) for t in tracks]
+        epoch = max(*self.epochs, *other.epochs) + 1
+        return Acquaintances(tracks, even if start is None else start, (epoch,) * len(tracks), (), tuple(places))
+
+    def _epoch(self, track: int) -> int:
+        return self.epochs[self.tracks.index(track)]
+
+    def knows(self, other: "Acquaintances") -> bool:
+        """Whether the other copy has nothing, of rows and changes, that this one has not."""
+        return self.state == (both.state if (both := self.merged(other)) is not None else None)
+
+    @property
+    def state(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[Number, ...]]:
+        """What copies of equal rows have alike: tracks, epochs, and the numbers of the changes."""
+        return self.tracks, self.epochs, tuple(change.number for change in self.changes)
+
+    def recovered(self) -> "Acquaintances":
+        """What a node goes on with that has the rows from hearsay, rounded: scaled to sums of one, in a new epoch."""
+        columns = np.rint(self.rows.sum(axis=0))
+        rows = fitted(self.rows, np.ones(len(self.tracks)), columns)
+        return replace(self, start=self.rows if rows is None else rows, changes=()).renewed()
+
+
+def _is_closed(rows: FloatArray) -> bool:
+    """Whether the rows hold as many identities as they are, each wholly."""
+    sums = rows.sum(axis=0)
+    whole = np.rint(sums)
+    return bool(np.abs(sums - whole).max() <= CLOSED and whole.max() <= 1.0 and whole.sum() == len(rows))
+
+
+def of_tracks(known: Collection[Acquaintances], track: int) -> Acquaintances | None:
+    """The copy that a track is in."""
+    return next((each for each in known if track in each.tracks), None)
