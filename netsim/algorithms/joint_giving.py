@@ -8,18 +8,17 @@ from netsim.api import Message, Op
 from netsim.units import s_to_ns
 
 
-def give(station: Station, held: Held, receiver: int, purpose: int) -> Op[bool]:
+def give(station: Station, held: Held, receiver: int) -> Op[bool]:
     """Give a group to a node; whether it has confirmed. The group's turn goes up by one.
 
     Args:
         station: Of the giver.
         held: The group.
         receiver: Node to give it to.
-        purpose: `TAKE_OVER` or `JOIN`.
     """
     node, parameters = station.node, station.parameters
     given = replace(held, turn=held.turn + 1)
-    payload, confirmation = encode_given(given, purpose, parameters.payload), encode_taken(given)
+    payload, confirmation = encode_given(given, parameters.payload), encode_taken(given)
 
     def confirms(message: Message) -> bool:
         return message.source == receiver and message.payload == confirmation
@@ -29,5 +28,5 @@ def give(station: Station, held: Held, receiver: int, purpose: int) -> Op[bool]:
         answer = yield from node.receive(kinds={TAKEN}, match=confirms, timeout_ns=s_to_ns(parameters.give_s))
         if answer is not None:
             return True
-    node.log(f"node {receiver} does not confirm that it takes {', '.join(f'track {track}' for track in held.tracks)}")
+    node.log(f"node {receiver} does not confirm that it takes {held.label}")
     return False

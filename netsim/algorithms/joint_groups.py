@@ -1,6 +1,6 @@
 """When groups are joint, what a joint group becomes, and where its members are: no node, no time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from netsim.algorithms.joint_messages import Held, Sighting
 from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.api import Circle
 from netsim.kernels.logical_targets import clusters, contiguous_groups, join, order_shares, ordered, separate
+from netsim.kernels.particles import ParticleBelief
 from netsim.kernels.semiring import FloatArray
 
 
@@ -21,6 +22,8 @@ def cover(places_m: FloatArray, range_m: float) -> Circle:
 
 def is_joint(parameters: JointTrackingParameters, held: Held, places_m: FloatArray, other: Sighting) -> bool:
     """Whether a group and a track of another, which collide, are to be tracked jointly (Liu et al. 2004, section 4.3)."""
+    if parameters.switch == "always":
+        return True
     if parameters.switch == "latched":
         return not held.is_parted
     distance_m = float(np.hypot(*(places_m - (other.x_m, other.y_m)).T).min())
@@ -52,7 +55,7 @@ def parts_of(
         rng: For drawing them.
     """
     sizes: tuple[int, ...] = (1,)
-    if len(held.tracks) > 1:
+    if len(held.tracks) > 1 and parameters.switch != "always":
         sizes = contiguous_groups(clusters(ordered(held.belief).estimate_m, parameters.separate_m))
     if len(sizes) == 1:
         return [held]
@@ -77,6 +80,21 @@ def parts_of(
             )
         )
     return found
+
+
+def kept(held: Held, tracks: Collection[int]) -> Held | None:
+    """What is left of a group when it keeps only some of its tracks: their marginal belief; None if it keeps none."""
+    left = [index for index, track in enumerate(held.tracks) if track in tracks]
+    if len(left) == len(held.tracks):
+        return held
+    if not left:
+        return None
+    return replace(
+        held,
+        tracks=tuple(held.tracks[index] for index in left),
+        belief=ParticleBelief(held.belief.positions_m[:, left], held.belief.log_weights),
+        rows=held.rows[left],
+    )
 
 
 def places_of(held: Held) -> FloatArray:

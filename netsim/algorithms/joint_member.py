@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from netsim.algorithms.joint_belief import particles_of
+from netsim.algorithms.joint_groups import kept
 from netsim.algorithms.joint_messages import Call, Held, Reading, Sighting, decode_call, encode_reading
-from netsim.algorithms.joint_station import READING, Station
+from netsim.algorithms.joint_station import CALL, READING, Station
 from netsim.api import Message, Op
 from netsim.kernels.particles import uniform_disc
-
-Begin = Callable[[Held], None]
 
 
 class Membership:
@@ -17,77 +17,87 @@ class Membership:
 
     Args:
         station: The node.
-        begin: Lead a group.
+        claim: Lead a group whose leader has fallen silent.
     """
 
-    def __init__(self, station: Station, begin: Begin) -> None:
-        self._station, self._begin = station, begin
+    def __init__(self, station: Station, claim: Callable[[Held], None]) -> None:
+        self._station, self._claim = station, claim
         self._heard: dict[int, Call] = {}
-        """The last call heard, by track."""
+        """The last word heard, by track."""
         self._calls: dict[int, dict[int, Call]] = {}
         """By step and leader the calls that put this node into their groups."""
-        self._read: tuple[int, float | None] = (-1, None)
 
     def hear(self, message: Message) -> None:
-        """Answer a call whose targets are in range."""
+        """Answer a call whose targets are in range, and watch over it; a claim is not to be answered."""
         call, station = decode_call(message.payload), self._station
-        known = [self._heard[track] for track in call.tracks if track in self._heard]
-        if any((other.step, other.turn) > (call.step, call.turn) for other in known):
+        if any(self._is_older(call, track) for track in call.tracks):
             return
         self.note(call)
-        if station.range_to_m(call.estimates_m) > station.knowledge.sensing_range_m:
-            return
-        station.node.spawn(self._answer(message, call))
-        if station.range_to_m(call.estimates_m) <= station.parameters.watch_share * station.knowledge.sensing_range_m:
+        range_m, sensing_range_m = station.range_to_m(call.estimates_m), station.knowledge.sensing_range_m
+        if range_m <= sensing_range_m and message.kind == CALL:
+            self._note_call(message.source, call)
+            station.node.spawn(self._answer(message, call))
+        if range_m <= station.parameters.watch_share * sensing_range_m:
             station.node.spawn(self._watch(call))
+
+    def note_own(self, call: Call) -> None:
+        """This node itself calls."""
+        self.note(call)
+        if self._station.range_to_m(call.estimates_m) <= self._station.knowledge.sensing_range_m:
+            self._note_call(self._station.node.id, call)
 
     def note(self, call: Call) -> None:
         """Somebody speaks for these tracks, perhaps this node itself."""
         self._heard.update(dict.fromkeys(call.tracks, call))
 
     def forget(self, message: Message) -> None:
-        """A track has ended."""
-        for track in decode_call(message.payload).tracks:
-            self._heard.pop(track, None)
+        """A track has ended, unless a later leader goes on with it."""
+        call = decode_call(message.payload)
+        for track in call.tracks:
+            if not self._is_older(call, track):
+                self._heard.pop(track, None)
+
+    def is_covered(self, step: int) -> bool:
+        """Whether a group has called this node at a step."""
+        return bool(self._calls.get(step))
+
+    def _is_older(self, call: Call, track: int) -> bool:
+        known = self._heard.get(track)
+        return known is not None and (known.step, known.turn) > (call.step, call.turn)
+
+    def _note_call(self, leader: int, call: Call) -> None:
+        self._calls = {step: calls for step, calls in self._calls.items() if step >= call.step - 1}
+        self._calls.setdefault(call.step, {})[leader] = call
 
     def _answer(self, message: Message, call: Call) -> Op[None]:
         station, parameters = self._station, self._station.parameters
-        self._calls = {step: calls for step, calls in self._calls.items() if step >= call.step - 1}
-        calls = self._calls.setdefault(call.step, {})
-        calls[message.source] = call
-        energy = yield from self._reading(call.step)
+        energy = yield from station.read(call.step)
         spread_ns = parameters.spread_share * parameters.collect_share * station.step_ns
         yield from station.node.pause(int(station.node.rng("answers").random() * spread_ns))
         if energy is not None:
+            calls = self._calls.get(call.step, {})
             others = {leader: each for leader, each in calls.items() if leader != message.source}
             payload = encode_reading(Reading(call.step, energy, sightings(others)))
             station.node.send(message.source, READING, payload, causes=[message])
 
-    def _reading(self, step: int) -> Op[float | None]:
-        """One reading serves all groups of a step."""
-        if self._read[0] != step:
-            self._read = step, (yield from self._station.read())
-        return self._read[1]
-
     def _watch(self, call: Call) -> Op[None]:
-        """Take the tracks over if nobody speaks for them any more; the nearest to the targets is the first to do so."""
+        """Take over the tracks for which nobody speaks any more; the nearest to the targets is the first to do so."""
         station, parameters = self._station, self._station.parameters
         range_share = station.range_to_m(call.estimates_m) / station.knowledge.sensing_range_m
         delay = 0.7 * range_share + 0.2 * float(station.node.rng("watch").random())
         silence_ns = (parameters.silence_steps + delay) * station.step_ns
-        yield from station.node.pause_until(station.time_ns(call.step + 1) + int(silence_ns))
-        if not all(self._heard.get(track) is call for track in call.tracks):
-            return
-        station.node.log(f"leader of {_named(call)} silent since reading {call.step}: taking over")
-        self._begin(self._anew(call))
+        yield from station.node.pause_until(station.time_ns(call.step) + int(silence_ns))
+        held = kept(self._anew(call), [track for track in call.tracks if self._heard.get(track) is call])
+        if held is not None:
+            station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
+            self._claim(held)
 
     def _anew(self, call: Call) -> Held:
         """What a member can know: the targets were near the last estimates, and have moved since."""
-        station, parameters = self._station, self._station.parameters
-        elapsed = station.step - call.step
+        station = self._station
+        elapsed = station.step - call.step + 1  # a call's estimates are a step old
         spread_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * elapsed
-        count = parameters.particles if len(call.tracks) == 1 else parameters.joint_particles
-        belief = uniform_disc(call.estimates_m, spread_m, count, station.rng)
+        belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
         rows = call.rows / call.rows.sum(axis=1, keepdims=True)
         return Held(station.step, call.turn + 1, call.tracks, belief, np.asarray(rows))
 
@@ -99,7 +109,3 @@ def sightings(calls: Mapping[int, Call]) -> tuple[Sighting, ...]:
         for leader, call in sorted(calls.items())
         for track, place in zip(call.tracks, call.estimates_m.tolist(), strict=True)
     )
-
-
-def _named(call: Call) -> str:
-    return " and ".join(f"track {track}" for track in call.tracks)

@@ -15,9 +15,10 @@ from netsim.kernels.semiring import FloatArray
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HH")  # leader, track
-_GIVEN = Record("IHBBHH")  # step, turn, purpose, tracks, targets, particles
+_GIVEN = Record("IHBBBHH")  # step, turn, whether it is parted, quiet readings, tracks, targets, particles
 _TRACK = Record("H")
-_TAKEN = Record("IH")
+_TAKEN = Record("IH")  # step, turn
+_MOST_QUIET = 0xFF
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +41,7 @@ class Call:
 
 
 def encode_call(call: Call) -> bytes:
-    """A call as it goes over the air; estimates as float32, rows as float16."""
+    """A call as it goes over the air; estimates and rows as float32."""
     head = _CALL.pack(call.step, call.turn, len(call.tracks)) + b"".join(map(_TRACK.pack, call.tracks))
     return head + encode_floats(call.estimates_m.ravel(), "float32") + encode_floats(call.rows.ravel(), "float32")
 
@@ -142,27 +143,34 @@ class Held:
         """The lowest of its tracks."""
         return min(self.tracks)
 
+    @property
+    def label(self) -> str:
+        """Its tracks, in words."""
+        return label_of(self.tracks)
 
-TAKE_OVER, JOIN = 0, 1
-"""Purposes of giving a group: to lead it, or to lead it together with the receiver's own."""
+
+def label_of(tracks: Sequence[int]) -> str:
+    """Tracks in words."""
+    return " and ".join(f"track {track}" for track in tracks)
 
 
-def encode_given(held: Held, purpose: int, width: FloatWidth) -> bytes:
+def encode_given(held: Held, width: FloatWidth) -> bytes:
     """A group as it is given; its particles have equal weights."""
     count, tracks, _ = held.belief.positions_m.shape
-    head = _GIVEN.pack(held.step, held.turn, purpose | held.is_parted << 4, tracks, held.rows.shape[1], count)
+    flags, quiet = int(held.is_parted), min(held.quiet, _MOST_QUIET)
+    head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, held.rows.shape[1], count)
     head += b"".join(map(_TRACK.pack, held.tracks)) + encode_floats(held.rows.ravel(), "float64")
     return head + encode_floats(held.belief.positions_m.ravel(), width)
 
 
-def decode_given(data: bytes, width: FloatWidth) -> tuple[Held, int]:
-    """The inverse of `encode_given`: the group, and the purpose."""
-    step, turn, purpose, count, targets, particles = _GIVEN.unpack(data)
+def decode_given(data: bytes, width: FloatWidth) -> Held:
+    """The inverse of `encode_given`."""
+    step, turn, flags, quiet, count, targets, particles = _GIVEN.unpack(data)
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
     end = offset + size_byte(count * targets, "float64")
     rows = decode_floats(data[offset:end], "float64").reshape(count, targets)
     positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
-    return Held(step, turn, tracks, equal_weights(positions_m), rows, bool(purpose >> 4)), purpose & 0xF
+    return Held(step, turn, tracks, equal_weights(positions_m), rows, bool(flags), quiet)
 
 
 def encode_taken(held: Held) -> bytes:

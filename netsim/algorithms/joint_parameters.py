@@ -23,10 +23,10 @@ class JointTrackingParameters:
     """Particles of the belief of one target."""
     joint_particles: PositiveInt = 200
     """Particles of the belief of several."""
-    switch: Literal["distance", "latched", "never"] = "distance"
+    switch: Literal["distance", "latched", "never", "always"] = "distance"
     """When groups track jointly. `distance`: while they collide and the estimates are at most `separate_m` apart. `latched`:
     from the collision on until the estimates are farther than that, and not again before the groups have been apart.
-    `never`: each target for itself."""
+    `never`: each target for itself. `always`: from the first meeting on for good; groups that begin on one node have met."""
     separate_m: Positive = 140.0
     """Distance of estimates beyond which targets are tracked separately (R_separate)."""
     mixing: Literal["even", "particles"] = "even"

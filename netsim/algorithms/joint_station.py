@@ -1,6 +1,6 @@
 """What all parts of a node's tracker share: handle, knowledge, settings, and the clock of readings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,7 @@ from netsim.kernels.energy_tracking import EnergyTrackingKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.units import s_to_ns
 
-CALL, READING, GIVEN, TAKEN, END = "call", "reading", "given", "taken", "end"
+CALL, CLAIM, READING, GIVEN, TAKEN, END = "call", "claim", "reading", "given", "taken", "end"
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class Station:
     node: NodeHandle
     knowledge: EnergyTrackingKnowledge
     parameters: JointTrackingParameters
+    _read: dict[int, float | None] = field(default_factory=dict, init=False)
+    """The last reading, by step."""
 
     @cached_property
     def rng(self) -> np.random.Generator:
@@ -43,6 +45,11 @@ class Station:
         """Number of the last reading that is due."""
         return self.node.now_ns // self.step_ns
 
+    @property
+    def next_step(self) -> int:
+        """Number of the next reading; of one that is due at this moment, that one."""
+        return -(-self.node.now_ns // self.step_ns)
+
     def time_ns(self, step: int) -> int:
         """When a reading is due."""
         return step * self.step_ns
@@ -56,10 +63,14 @@ class Station:
         """Distance to the nearest of some places, shape (n, 2)."""
         return float(np.hypot(*(places_m - self.place_m).T).min())
 
-    def read(self) -> Op[float | None]:
-        """The node's reading; None if its energy allowance refuses it."""
-        try:
-            observation = yield from self.node.sense()
-        except NoEnergyError:
-            return None
-        return float(observation.values[0])
+    def read(self, step: int) -> Op[float | None]:
+        """The node's reading of a step, for all groups that it is in; None if its energy allowance refuses it."""
+        if step not in self._read:
+            try:
+                observation = yield from self.node.sense()
+                energy = float(observation.values[0])
+            except NoEnergyError:
+                energy = None
+            self._read.clear()
+            self._read[step] = energy
+        return self._read[step]

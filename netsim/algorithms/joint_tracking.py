@@ -6,9 +6,9 @@ group is where its targets are (a geographically constrained group), and forms a
 
 from netsim.algorithms.joint_leader import Leading
 from netsim.algorithms.joint_member import Membership
-from netsim.algorithms.joint_messages import JOIN, Held, decode_given, encode_taken, one_hot
+from netsim.algorithms.joint_messages import Held, decode_given, encode_taken, one_hot
 from netsim.algorithms.joint_parameters import JointTrackingParameters
-from netsim.algorithms.joint_station import CALL, END, GIVEN, READING, TAKEN, Station
+from netsim.algorithms.joint_station import CALL, CLAIM, END, GIVEN, READING, TAKEN, Station
 from netsim.api import Message, NodeHandle, Op
 from netsim.errors import AlgorithmError
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
@@ -36,28 +36,31 @@ class _Tracker:
 
     def __init__(self, station: Station) -> None:
         self._station = station
-        self._leading = Leading(station, lambda call: self._membership.note(call))
-        self._membership = Membership(station, self._leading.begin)
+        self._leading = Leading(station, lambda call: self._membership.note_own(call))
+        self._membership = Membership(station, self._leading.claim)
 
     def run(self) -> Op[None]:
         node = self._station.node
         for start in self._station.knowledge.starts:
             node.spawn(self._start(start))
         while True:
-            message = yield from node.receive(kinds={CALL, END, GIVEN, READING})
+            message = yield from node.receive(kinds={CALL, CLAIM, END, GIVEN, READING})
             if message is not None:
                 self._heed(message)
 
     def _start(self, start: TrackStart) -> Op[None]:
-        """Begin a track that this node was told of; several of one reading begin as one group where groups may be joint."""
+        """Begin a track that this node was told of, unless it has missed the begin: others may long be leading it."""
         station = self._station
+        if station.node.now_ns > station.time_ns(start.step):
+            station.node.log(f"track {start.track} was to begin at reading {start.step}, which is over: not begun")
+            return
         yield from station.node.pause_until(station.time_ns(start.step) - 1)
         belief = uniform_disc(start.place_m, start.spread_m, station.parameters.particles, station.rng)
         rows = one_hot((start.track,), station.knowledge.targets)
         self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, rows))
 
     def _heed(self, message: Message) -> None:
-        if message.kind == CALL:
+        if message.kind in (CALL, CLAIM):
             self._leading.hear(message)
             self._membership.hear(message)
         elif message.kind == READING:
@@ -70,7 +73,6 @@ class _Tracker:
     def _take(self, message: Message) -> None:
         """Lead a group that is given, or join it to one's own; one that comes again is confirmed again."""
         station = self._station
-        held, purpose = decode_given(message.payload, station.parameters.payload)
+        held = decode_given(message.payload, station.parameters.payload)
         station.node.send(message.source, TAKEN, encode_taken(held), causes=[message])
-        if self._leading.is_news(held):
-            self._leading.take(held, joins=purpose == JOIN)
+        self._leading.take(held)

@@ -1,0 +1,91 @@
+"""One step of a group's belief: motion, readings, estimates (Liu et al. 2004, eq 1)."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from netsim.algorithms.joint_messages import Held, Reading
+from netsim.algorithms.joint_station import Station
+from netsim.kernels.energy_sensing import likelihood_operations
+from netsim.kernels.logical_targets import ordered
+from netsim.kernels.particle_resolution import resolution_m2
+from netsim.kernels.particles import (
+    ParticleBelief,
+    condition,
+    condition_operations,
+    predict,
+    predict_operations,
+    resample,
+    resample_operations,
+    uniform_disc,
+)
+from netsim.kernels.semiring import FloatArray
+from netsim.trace.events import Estimate, Identity
+
+
+def particles_of(station: Station, targets: int) -> int:
+    """How many particles a belief about so many targets has."""
+    return station.parameters.particles if targets == 1 else station.parameters.joint_particles
+
+
+def operations(readings: int, belief: ParticleBelief) -> int:
+    """Elementary operations of `updated` for so many readings."""
+    particles, targets = belief.count, belief.targets
+    return (
+        predict_operations(particles, targets)
+        + likelihood_operations(readings, particles, targets)
+        + condition_operations(particles)
+        + resample_operations(particles, particles)
+    )
+
+
+def updated(station: Station, held: Held, step: int, readings: Mapping[int, Reading]) -> Held:
+    """A group after motion and readings, its particles drawn to equal weights; its estimates go into the trace.
+
+    Estimates are taken before the particles are drawn, which adds nothing but noise to them.
+    """
+    model, nodes = station.knowledge.model, sorted(readings)
+    energies = np.array([readings[node].energy for node in nodes])
+    most_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * (step - held.step)
+    belief = predict(held.belief, most_m, station.rng)
+    if nodes:
+        sensors_m = station.knowledge.places_m(nodes)
+        try:
+            belief = condition(belief, model.log_likelihood(energies, sensors_m, belief.positions_m))
+        except ValueError:
+            belief = _restarted(station, held, energies, sensors_m)
+    _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
+    is_quiet = not (energies > station.parameters.quiet_sd * model.noise_sd).any()
+    count = particles_of(station, len(held.tracks))
+    return replace(
+        held, step=step, belief=resample(belief, count, station.rng), quiet=held.quiet + 1 if is_quiet else 0
+    )
+
+
+def _restarted(station: Station, held: Held, energies: FloatArray, sensors_m: FloatArray) -> ParticleBelief:
+    """No particle explains the readings: the targets are somewhere around the member that reads most."""
+    loudest = int(np.argmax(np.where(np.isfinite(energies), energies, -np.inf)))
+    x_m, y_m = sensors_m[loudest].tolist()
+    station.node.log(f"{held.label} lost, no particle explains the readings: anew around {x_m:.0f}, {y_m:.0f} m")
+    centres_m = np.repeat(sensors_m[loudest][None], len(held.tracks), axis=0)
+    return uniform_disc(centres_m, station.knowledge.sensing_range_m, held.belief.count, station.rng)
+
+
+def _tell(station: Station, held: Held, belief: ParticleBelief, between_m2: float) -> None:
+    """Where each track is believed to be, and whom it follows.
+
+    Args:
+        station: Of the leader.
+        held: The group.
+        belief: Where its targets are, not yet drawn to equal weights.
+        between_m2: Variance on account of the distance between particles, of each coordinate.
+    """
+    node = station.node
+    logical = ordered(belief) if belief.targets > 1 else belief
+    for index, track in enumerate(held.tracks):
+        spread = logical.covariance_m2(index)
+        covariance = [float(spread[0, 0]) + between_m2, float(spread[0, 1]), float(spread[1, 1]) + between_m2]
+        x_m, y_m = logical.estimate_m[index].tolist()
+        node.record(Estimate(node.id, track, x_m, y_m, covariance))
+        node.record(Identity(node.id, track, held.rows[index].tolist()))
