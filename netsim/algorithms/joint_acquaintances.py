@@ -159,19 +159,20 @@ class Acquaintances:
         Starts are those of the later epochs, with all changes that are not in them already.
         """
         tracks = tuple(sorted({*self.tracks, *other.tracks}))
-        sources = [max((known for known in (self, other) if t in known.tracks), key=lambda a: a._epoch(t)) for t in tracks]
-        epochs = tuple(source._epoch(track) for source, track in zip(sources, tracks, strict=True))
-        start = np.stack([s.start[s.tracks.index(t)] for s, t in zip(sources, tracks, strict=True)])
-        places = [max((a.place(t) for a in (self, other) if t in a.tracks), key=lambda at: at.turn) for t in tracks]
+        sources = [self._later(other, track) for track in tracks]
+        start = np.stack([source.start_of(track) for source, track in zip(sources, tracks, strict=True)])
         if not _is_closed(start):
             return None
+        epochs = tuple(source.epoch(track) for source, track in zip(sources, tracks, strict=True))
         since = dict(zip(tracks, epochs, strict=True))
         changes = {
             change.number: change
             for change in (*self.changes, *other.changes)
             if change.epoch >= max(since[track] for track in change.tracks)
         }
-        return Acquaintances(tracks, start, epochs, tuple(changes[n] for n in sorted(changes)), tuple(places))
+        return Acquaintances(
+            tracks, start, epochs, tuple(changes[n] for n in sorted(changes)), self._places(other, tracks)
+        )
 
     def reconciled(self, other: "Acquaintances") -> "Acquaintances":
         """What both know, also where they contradict each other: then a compromise, in a new epoch.
@@ -183,18 +184,30 @@ class Acquaintances:
         if both is not None:
             return both
         tracks = tuple(sorted({*self.tracks, *other.tracks}))
-        sources = [max((known for known in (self, other) if t in known.tracks), key=lambda a: a._epoch(t)) for t in tracks]
-        rows = np.stack([source.row(track) for source, track in zip(sources, tracks, strict=True)]) + _FAINT
+        rows = np.stack([self._later(other, track).row(track) for track in tracks]) + _FAINT
         columns = np.zeros(rows.shape[1])
         columns[np.argsort(-rows.sum(axis=0), kind="stable")[: len(tracks)]] = 1.0
         start = fitted(rows, np.ones(len(tracks)), columns)
         even = np.tile(columns / len(tracks), (len(tracks), 1))
-        places = [max((a.place(t) for a in (self, other) if t in a.tracks), key=lambda at: at.turn) for t in tracks]
-        epoch = max(*self.epochs, *other.epochs) + 1
-        return Acquaintances(tracks, even if start is None else start, (epoch,) * len(tracks), (), tuple(places))
+        epochs = (max(*self.epochs, *other.epochs) + 1,) * len(tracks)
+        return Acquaintances(tracks, even if start is None else start, epochs, (), self._places(other, tracks))
 
-    def _epoch(self, track: int) -> int:
+    def _later(self, other: "Acquaintances", track: int) -> "Acquaintances":
+        """Of the two copies the one with the later epoch of a track."""
+        return max((known for known in (self, other) if track in known.tracks), key=lambda known: known.epoch(track))
+
+    def _places(self, other: "Acquaintances", tracks: Sequence[int]) -> tuple[Place, ...]:
+        """Where leaders are by the later word of both."""
+        both = [[known.place(track) for known in (self, other) if track in known.tracks] for track in tracks]
+        return tuple(max(places, key=lambda place: place.turn) for places in both)
+
+    def epoch(self, track: int) -> int:
+        """The epoch of a track."""
         return self.epochs[self.tracks.index(track)]
+
+    def start_of(self, track: int) -> FloatArray:
+        """A track's row at the start of its epoch."""
+        return np.asarray(self.start[self.tracks.index(track)])
 
     def knows(self, other: "Acquaintances") -> bool:
         """Whether the other copy has nothing, of rows and changes, that this one has not."""

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from netsim.algorithms.decay_factors import charge
+from netsim.algorithms.joint_acquaintances import Place
 from netsim.algorithms.joint_belief import operations, particles_of, updated
 from netsim.algorithms.joint_book import Readings, Turns, call_of, calls_in_range
 from netsim.algorithms.joint_giving import give
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, parts_of, places_of
+from netsim.algorithms.joint_identity import Identities
 from netsim.algorithms.joint_member import sightings
 from netsim.algorithms.joint_messages import (
     Call,
@@ -39,10 +41,11 @@ class Leading:
     Args:
         station: The node.
         on_call: Told of every call of this node.
+        identities: Told who is led here, and asked who is who.
     """
 
-    def __init__(self, station: Station, on_call: Callable[[Call], None]) -> None:
-        self._station, self._on_call = station, on_call
+    def __init__(self, station: Station, on_call: Callable[[Call], None], identities: Identities) -> None:
+        self._station, self._on_call, self._identities = station, on_call, identities
         self._groups: dict[int, Held] = {}
         self._next = 0
         self._turns = Turns()
@@ -63,6 +66,7 @@ class Leading:
         self._turns.note(held.tracks, held.turn, self._station.node.id)
         place, self._next = self._next, self._next + 1
         self._groups[place] = held
+        self._identities.lead(held)
         self._tell_role(held.tracks, 1)
         self._station.node.spawn(self._lead(place))
         return place
@@ -70,13 +74,14 @@ class Leading:
     def claim(self, held: Held) -> None:
         """Lead a group that nobody gave, and say so at once to all whom that concerns."""
         self.begin(held)
+        self._identities.recover(held)
         places_m = places_of(held)
         call = call_of(held, held.step, places_m)
         self._on_call(call)
         self._say(CLAIM, call)
 
     def hear(self, message: Message) -> None:
-        """Another leader's word: of a track that both lead the one with more turns goes on, of equal turns the lower node."""
+        """Another leader's word: of a track that both lead the one of more turns goes on, of equal turns the lower node."""
         call = decode_call(message.payload)
         if message.kind == CALL:
             self._calls[message.source] = call
@@ -86,6 +91,8 @@ class Leading:
             if is_common and (held.turn, -self._station.node.id) < (call.turn, -message.source):
                 self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
                 self._lose(place, call.tracks)
+                common = sorted(set(held.tracks) & set(call.tracks))
+                self._identities.leave(common, Place(call.turn, message.source))
 
     def note_reading(self, message: Message) -> None:
         """A member's reading, for all groups of this node that it is in."""
@@ -120,14 +127,20 @@ class Leading:
             yield from station.node.pause_until(station.time_ns(step))
             if place not in self._groups:
                 return
-            readings = yield from self._collected(self._groups[place], step)
+            readings = yield from self._collected(self._fresh(place), step)
             if place not in self._groups:
                 return
             yield from charge(station.node, operations(len(readings), self._groups[place].belief))
             if place not in self._groups:
                 return
-            self._groups[place] = updated(station, self._groups[place], step, readings)
+            self._groups[place] = updated(station, self._fresh(place), step, readings)
+            self._identities.classify(self._groups[place])
             yield from self._decide(place, {other for reading in readings.values() for other in reading.others})
+
+    def _fresh(self, place: int) -> Held:
+        """A group with what is known of its identities now."""
+        held = self._groups[place] = self._identities.fresh(self._groups[place])
+        return held
 
     def _collected(self, held: Held, step: int) -> Op[Mapping[int, Reading]]:
         """Call the group, and take what its members tell until the time for that is over; this node's own among it."""
@@ -170,6 +183,7 @@ class Leading:
         self._say(END, call_of(held, held.step, places_of(held)))
         self._station.node.log(f"{held.label}: nobody has read a target for {held.quiet} readings: ending")
         self._lose(place, held.tracks)
+        self._identities.leave(held.tracks)
 
     def _host(self, held: Held, near: Sequence[Sighting]) -> int | None:
         """The leader to whom this group is to be given: of those that are to be joint, the one of the lowest track stays."""
@@ -178,21 +192,23 @@ class Leading:
 
     def _given(self, place: int, receiver: int) -> Op[bool]:
         """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered."""
-        held = self._groups[place]
+        held = self._fresh(place)
         is_taken = yield from give(self._station, held, receiver)
         if place not in self._groups:
             return True
         if is_taken:
             self._lose(place, held.tracks)
+            self._identities.leave(held.tracks, Place(held.turn + 1, receiver), held.known)
         else:
             self._groups[place] = replace(self._groups[place], turn=held.turn + 2)
+            self._identities.lead(self._groups[place])
         return is_taken
 
     def _join_own(self, place: int) -> None:
         """Join to a group the others of this node that belong with it; among them are those that were given for that."""
         station = self._station
-        for other, each in list(self._groups.items()):
-            held = self._groups[place]
+        for other in list(self._groups):
+            held, each = self._fresh(place), self._fresh(other)
             if other == place or each.step != held.step:
                 continue
             places_m = places_of(each).tolist()
@@ -202,19 +218,21 @@ class Leading:
                 both = joined(held, each, station.parameters.joint_particles, station.rng)
                 self._turns.note(both.tracks, both.turn, station.node.id)
                 self._groups[place] = both
+                self._identities.lead(both)
                 self._tell_change(MERGE, [held, each])
 
     def _split(self, place: int) -> Op[None]:
         """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest them."""
         station = self._station
         parts = parts_of(
-            station.parameters, self._groups[place], lambda targets: particles_of(station, targets), station.rng
+            station.parameters, self._fresh(place), lambda targets: particles_of(station, targets), station.rng
         )
         if len(parts) == 1:
             return
         parts.sort(key=lambda part: station.range_to_m(places_of(part)))
         self._tell_change(SPLIT, parts)
         self._groups[place] = parts[0]
+        self._identities.meet(parts[0])
         for part in parts[1:]:
             yield from self._sent_off(part)
 
@@ -222,8 +240,10 @@ class Leading:
         """Give a part to the sensor nearest to it, or go on with it here."""
         station = self._station
         self._tell_role(part.tracks, 0)
-        receiver = station.knowledge.nearest(_centre(part))[0]
-        if receiver == station.node.id or not (yield from give(station, part, receiver)):
+        receiver, part = station.knowledge.nearest(_centre(part))[0], self._identities.fresh(part)
+        if receiver != station.node.id and (yield from give(station, part, receiver)):
+            self._identities.leave(part.tracks, Place(part.turn + 1, receiver), part.known)
+        else:
             self.take(replace(part, turn=part.turn + 2))
 
     def _migrate(self, place: int) -> Op[None]:
