@@ -96,8 +96,8 @@ def decode_word(data: bytes) -> Word:
         AlgorithmError: For bytes that are no word.
     """
     try:
-        head = _WORD.unpack(data)
-        return Word(*head, decode_acquaintances(data, _WORD.size_byte)[0])
+        number, origin, track, passed = _WORD.unpack(data)
+        return Word(number, origin, track, passed, decode_acquaintances(data, _WORD.size_byte)[0])
     except (struct.error, ValueError) as error:
         message = f"a word of {len(data)} bytes on identities: {error}"
         raise AlgorithmError(message) from error
