@@ -96,6 +96,17 @@ def kept(held: Held, tracks: Collection[int]) -> Held | None:
     )
 
 
+def named(belief: ParticleBelief) -> ParticleBelief:
+    """Logical targets, each in the place of the target that it most probably is.
+
+    What a joint belief, which may not tell its targets apart, says of each of them; `parts_of` names its parts alike.
+    """
+    if belief.targets == 1:
+        return belief
+    _, component = linear_sum_assignment(order_shares(belief), maximize=True)
+    return ParticleBelief(ordered(belief).positions_m[:, np.argsort(component)], belief.log_weights)
+
+
 def places_of(held: Held) -> FloatArray:
-    """Estimates of a group's targets, shape (M, 2); of a joint belief, which may not tell them apart, of logical targets."""
-    return ordered(held.belief).estimate_m if len(held.tracks) > 1 else held.belief.estimate_m
+    """Estimates of a group's targets in the order of its tracks, shape (M, 2)."""
+    return named(held.belief).estimate_m

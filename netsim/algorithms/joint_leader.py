@@ -81,7 +81,7 @@ class Leading:
         self._say(CLAIM, call)
 
     def hear(self, message: Message) -> None:
-        """Another leader's word: of a track that both lead the one of more turns goes on, of equal turns the lower node."""
+        """Another leader's word: of two that lead a track the one with more turns goes on, of equal turns the lower node."""
         call = decode_call(message.payload)
         if message.kind == CALL:
             self._calls[message.source] = call

@@ -1,6 +1,6 @@
 """A member's part: read when a leader calls, tell it, and take a track over whose leader has fallen silent."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from netsim.algorithms.joint_belief import particles_of
 from netsim.algorithms.joint_groups import kept
@@ -31,12 +31,17 @@ class Membership:
         if any(self._is_older(call, track) for track in call.tracks):
             return
         self.note(call)
-        range_m, sensing_range_m = station.range_to_m(call.estimates_m), station.knowledge.sensing_range_m
-        if range_m <= sensing_range_m and message.kind == CALL:
+        if station.range_to_m(call.estimates_m) <= station.knowledge.sensing_range_m and message.kind == CALL:
             self._note_call(message.source, call)
             station.node.spawn(self._answer(message, call))
-        if range_m <= station.parameters.watch_share * sensing_range_m:
-            station.node.spawn(self._watch(call))
+        if tracks := self._watched(call):
+            station.node.spawn(self._watch(call, tracks))
+
+    def _watched(self, call: Call) -> tuple[int, ...]:
+        """The tracks that this node is near to; of the others it might hear nothing once the group has split."""
+        range_m = self._station.parameters.watch_share * self._station.knowledge.sensing_range_m
+        near = np.hypot(*(call.estimates_m - self._station.place_m).T) <= range_m
+        return tuple(track for track, is_near in zip(call.tracks, near.tolist(), strict=True) if is_near)
 
     def note_own(self, call: Call) -> None:
         """This node itself calls."""
@@ -78,14 +83,14 @@ class Membership:
             payload = encode_reading(Reading(call.step, energy, sightings(others)))
             station.node.send(message.source, READING, payload, causes=[message])
 
-    def _watch(self, call: Call) -> Op[None]:
-        """Take over the tracks for which nobody speaks any more; the nearest to the targets is the first to do so."""
+    def _watch(self, call: Call, tracks: Collection[int]) -> Op[None]:
+        """Take over those tracks for which nobody speaks any more; the nearest to the targets is the first to do so."""
         station, parameters = self._station, self._station.parameters
         range_share = station.range_to_m(call.estimates_m) / station.knowledge.sensing_range_m
         delay = 0.7 * range_share + 0.2 * float(station.node.rng("watch").random())
         silence_ns = (parameters.silence_steps + delay) * station.step_ns
         yield from station.node.pause_until(station.time_ns(call.step) + int(silence_ns))
-        held = kept(self._anew(call), [track for track in call.tracks if self._heard.get(track) is call])
+        held = kept(self._anew(call), [track for track in tracks if self._heard.get(track) is call])
         if held is not None:
             station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
             self._claim(held)
