@@ -7,6 +7,7 @@ columns sum to one, never a mixture of old rows and new ones; leaders that know 
 the last bit; and of two pieces of evidence at once the later in the order is applied to what the earlier one left.
 """
 
+import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,6 +25,9 @@ EVIDENCE, EVEN, SHARES = 0, 1, 2
 Number = tuple[int, int, int]
 """Of a change: a clock that goes up with all that its author knew, the turn of the author's group, the first track of it."""
 
+EXACT: Final = 0xFFFF
+"""As `Epoch.heard`: the rows are not from hearsay."""
+
 CLOSED: Final = 1e-6
 """Sums of columns that are further from 0 and 1 tell of rows that do not belong together."""
 
@@ -36,17 +40,42 @@ class Change:
 
     Attributes:
         number: Its place in the order.
-        epoch: Of the group when it was made: it is part of what later epochs begin with.
+        era: The group's last when it was made: it is part of what later epochs begin with.
         kind: `EVIDENCE`, `EVEN` or `SHARES`.
         tracks: Who met, or of whom something was learned.
         values: Likelihood of each identity, or shares row by row; nothing for `EVEN`.
     """
 
     number: Number
-    epoch: int
+    era: int
     kind: int
     tracks: tuple[int, ...]
     values: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Epoch:
+    """What a row's start is the start of. Of two the greater counts; equal ones are of equal rows.
+
+    Attributes:
+        era: Goes up where one leader has all the group's tracks: nobody else has anything to add, and a new start is made.
+        heard: Clock of the last change that is in rows from hearsay; `EXACT` if they are not.
+        check: Of the group's rows.
+    """
+
+    era: int
+    heard: int
+    check: int
+
+    def has(self, change: Change) -> bool:
+        """Whether a change is in the rows already."""
+        return change.era < self.era or (
+            change.era == self.era and self.heard != EXACT and change.number[0] <= self.heard
+        )
+
+
+FIRST: Final = Epoch(0, EXACT, 0)
+"""Of tracks that have met nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,22 +92,22 @@ class Acquaintances:
 
     Attributes:
         tracks: The group, ascending.
-        start: Their rows at the start of the epoch, shape (k, identities).
-        epochs: Of each track. A new epoch begins where one leader has them all: nobody else has anything to add.
+        start: Rows that changes are applied to, shape (k, identities).
+        epochs: Of what each of them is the start.
         changes: Since then, in their order.
         places: Where the leaders are, as far as is known.
     """
 
     tracks: tuple[int, ...]
     start: FloatArray
-    epochs: tuple[int, ...]
+    epochs: tuple[Epoch, ...]
     changes: tuple[Change, ...]
     places: tuple[Place, ...]
 
     @staticmethod
     def alone(track: int, row: FloatArray, place: Place) -> "Acquaintances":
         """A track that has met nobody."""
-        return Acquaintances((track,), np.array([row], dtype=float), (0,), (), (place,))
+        return Acquaintances((track,), np.array([row], dtype=float), (FIRST,), (), (place,))
 
     @cached_property
     def rows(self) -> FloatArray:
@@ -131,7 +160,7 @@ class Acquaintances:
         """
         values = tuple(np.asarray(likelihood, dtype=np.float32).astype(float).tolist())
         identity.posterior(self.row(track), values)
-        return self._changed(Change(self._next(turn, track), max(self.epochs), EVIDENCE, (track,), values))
+        return self._changed(Change(self._next(turn, track), self._era, EVIDENCE, (track,), values))
 
     def met(self, tracks: Sequence[int], shares: FloatArray | None, turn: int) -> "Acquaintances":
         """After tracks met: evenly mixed, or by shares as `identity.mix_by` takes them.
@@ -140,18 +169,29 @@ class Acquaintances:
         """
         values = () if shares is None else tuple(shares.ravel().tolist())
         kind = EVEN if shares is None else SHARES
-        mixed = self._changed(Change(self._next(turn, min(tracks)), max(self.epochs), kind, tuple(tracks), values))
+        mixed = self._changed(Change(self._next(turn, min(tracks)), self._era, kind, tuple(tracks), values))
         return mixed.renewed() if set(self.tracks) == set(tracks) else mixed
 
+    @property
+    def _era(self) -> int:
+        return max(epoch.era for epoch in self.epochs)
+
+    @property
+    def _clock(self) -> int:
+        """Of the last change that is known of."""
+        heard = [epoch.heard for epoch in self.epochs if epoch.heard != EXACT]
+        return max((*heard, *(change.number[0] for change in self.changes)), default=0)
+
     def _next(self, turn: int, track: int) -> Number:
-        return 1 + max((change.number[0] for change in self.changes), default=0), turn, track
+        return self._clock + 1, turn, track
 
     def _changed(self, change: Change) -> "Acquaintances":
         return replace(self, changes=(*self.changes, change))
 
     def renewed(self) -> "Acquaintances":
-        """The same rows as the start of a new epoch."""
-        return replace(self, start=self.rows, epochs=(max(self.epochs) + 1,) * len(self.tracks), changes=())
+        """The same rows as the start of a new era."""
+        epoch = Epoch(self._era + 1, EXACT, _check(self.rows))
+        return replace(self, start=self.rows, epochs=(epoch,) * len(self.tracks), changes=())
 
     def merged(self, other: "Acquaintances") -> "Acquaintances | None":
         """What both know; None where they contradict each other, as after two nodes have led one track.
@@ -168,7 +208,7 @@ class Acquaintances:
         changes = {
             change.number: change
             for change in (*self.changes, *other.changes)
-            if change.epoch >= max(since[track] for track in change.tracks)
+            if not any(since[track].has(change) for track in change.tracks)
         }
         return Acquaintances(
             tracks, start, epochs, tuple(changes[n] for n in sorted(changes)), self._places(other, tracks)
@@ -189,8 +229,9 @@ class Acquaintances:
         columns[np.argsort(-rows.sum(axis=0), kind="stable")[: len(tracks)]] = 1.0
         start = fitted(rows, np.ones(len(tracks)), columns)
         even = np.tile(columns / len(tracks), (len(tracks), 1))
-        epochs = (max(*self.epochs, *other.epochs) + 1,) * len(tracks)
-        return Acquaintances(tracks, even if start is None else start, epochs, (), self._places(other, tracks))
+        start = even if start is None else start
+        epoch = Epoch(max(*self.epochs, *other.epochs).era + 1, EXACT, _check(start))
+        return Acquaintances(tracks, start, (epoch,) * len(tracks), (), self._places(other, tracks))
 
     def _later(self, other: "Acquaintances", track: int) -> "Acquaintances":
         """Of the two copies the one with the later epoch of a track."""
@@ -201,7 +242,7 @@ class Acquaintances:
         both = [[known.place(track) for known in (self, other) if track in known.tracks] for track in tracks]
         return tuple(max(places, key=lambda place: place.turn) for places in both)
 
-    def epoch(self, track: int) -> int:
+    def epoch(self, track: int) -> Epoch:
         """The epoch of a track."""
         return self.epochs[self.tracks.index(track)]
 
@@ -214,15 +255,35 @@ class Acquaintances:
         return self.state == (both.state if (both := self.merged(other)) is not None else None)
 
     @property
-    def state(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[Number, ...]]:
+    def state(self) -> tuple[tuple[int, ...], tuple[Epoch, ...], tuple[Number, ...]]:
         """What copies of equal rows have alike: tracks, epochs, and the numbers of the changes."""
         return self.tracks, self.epochs, tuple(change.number for change in self.changes)
 
+    @property
+    def rank(self) -> tuple[int, int, tuple[Epoch, ...]]:
+        """Which of two copies that contradict each other is to go on: the greater."""
+        return self._era, len(self.tracks), self.epochs
+
+    def hearsay(self) -> "Acquaintances":
+        """What is told to all: the rows as they are now as float32, without the changes.
+
+        Whoever has this era's start, and the changes since, knows better.
+        """
+        rows = self.rows.astype(np.float32).astype(float)
+        if not self.changes and np.array_equal(rows, self.start):
+            return self
+        epochs = tuple(Epoch(epoch.era, self._clock, _check(rows)) for epoch in self.epochs)
+        return replace(self, start=rows, epochs=epochs, changes=())
+
     def recovered(self) -> "Acquaintances":
-        """What a node goes on with that has the rows from hearsay, rounded: scaled to sums of one, in a new epoch."""
-        columns = np.rint(self.rows.sum(axis=0))
-        rows = fitted(self.rows, np.ones(len(self.tracks)), columns)
-        return replace(self, start=self.rows if rows is None else rows, changes=()).renewed()
+        """What a node goes on with that has nothing but hearsay: rows scaled to sums of one."""
+        scaled = fitted(self.start, np.ones(len(self.tracks)), np.rint(self.start.sum(axis=0)))
+        return self if scaled is None else replace(self, start=scaled)
+
+
+def _check(rows: FloatArray) -> int:
+    """Two bytes that rows which differ have different, nearly always."""
+    return zlib.crc32(rows.tobytes()) % 2**16
 
 
 def _is_closed(rows: FloatArray) -> bool:

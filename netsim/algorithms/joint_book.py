@@ -53,7 +53,7 @@ class Readings:
 
 def call_of(held: Held, step: int, places_m: FloatArray) -> Call:
     """What a leader says of a group."""
-    return Call(step, held.turn, held.tracks, places_m, held.known)
+    return Call(step, held.turn, held.tracks, places_m, held.known.hearsay())
 
 
 def calls_in_range(station: Station, calls: Mapping[int, Call], step: int) -> dict[int, Call]:

@@ -123,7 +123,7 @@ class Identities:
         own = self._copy(word.track)
         both = own.merged(word.known)
         if both is None:
-            self._tell_record(CONTRADICTED, (word.track,), own)
+            self._choose(own, word)
             return
         self._absorb(word.known)
         if both.state != own.state:
@@ -137,6 +137,13 @@ class Identities:
             for track in both.tracks:
                 if both.place(track).leader == word.origin:
                     self._tell(track)
+
+    def _choose(self, own: Acquaintances, word: Word) -> None:
+        """Of two copies that contradict each other the later, larger one goes on, if it has all that is led here."""
+        self._tell_record(CONTRADICTED, (word.track,), own)
+        ours = set(self._led).intersection(own.tracks)
+        if ours.issubset(word.known.tracks) and word.known.rank > own.rank:
+            self._copies = [word.known if copy is own else copy for copy in self._copies]
 
     def _charged(self, copy: Acquaintances) -> Op[None]:
         """Working out a copy's rows takes what one piece of evidence takes, for each change since the start."""

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from netsim.algorithms.joint_acquaintances import EVEN, EVIDENCE, Acquaintances, Change, Place
+from netsim.algorithms.joint_acquaintances import EVEN, EVIDENCE, Acquaintances, Change, Epoch, Place
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.errors import AlgorithmError
 
 _GROUP = Record("BHH")  # tracks, identities, changes
-_TRACK = Record("HHIH")  # track, epoch, turn of its group, leader
-_CHANGE = Record("HIHHBB")  # clock, turn, first track, epoch, kind, tracks
+_TRACK = Record("HHHHIH")  # track, epoch (era, heard, check), turn of its group, leader
+_CHANGE = Record("HIHHBB")  # clock, turn, first track, era, kind, tracks
 _NAME = Record("H")
 _WORD = Record("HHHB")  # number, who asks, track, how often it was passed on
 _HEARD = Record("HHI")  # number of the word, track, turn
@@ -21,18 +21,16 @@ _LOCATED = Record("HHIHB")  # number, track, turn, leader, whether it is known
 
 
 def encode_acquaintances(known: Acquaintances, width: FloatWidth = "float64") -> bytes:
-    """A copy with its changes; in another width than float64 the rows as they are now, without the changes."""
-    changes = known.changes if width == "float64" else ()
-    rows = known.start if width == "float64" else known.rows
-    parts = [_GROUP.pack(len(known.tracks), rows.shape[1], len(changes))]
+    """A copy with its changes; hearsay survives in float32."""
+    parts = [_GROUP.pack(len(known.tracks), known.start.shape[1], len(known.changes))]
     for track, epoch, place in zip(known.tracks, known.epochs, known.places, strict=True):
-        parts.append(_TRACK.pack(track, epoch, place.turn, place.leader))
-    parts.append(encode_floats(rows.ravel(), width))
-    return b"".join([*parts, *map(_encode_change, changes)])
+        parts.append(_TRACK.pack(track, epoch.era, epoch.heard, epoch.check, place.turn, place.leader))
+    parts.append(encode_floats(known.start.ravel(), width))
+    return b"".join([*parts, *map(_encode_change, known.changes)])
 
 
 def _encode_change(change: Change) -> bytes:
-    head = _CHANGE.pack(*change.number, change.epoch, change.kind, len(change.tracks))
+    head = _CHANGE.pack(*change.number, change.era, change.kind, len(change.tracks))
     width: FloatWidth = "float32" if change.kind == EVIDENCE else "float64"
     return head + b"".join(map(_NAME.pack, change.tracks)) + encode_floats(change.values, width)
 
@@ -49,12 +47,13 @@ def decode_acquaintances(data: bytes, offset: int = 0, width: FloatWidth = "floa
     for _ in range(changes):
         change, end = _decode_change(data, end, identities)
         found.append(change)
-    tracks, epochs = tuple(head[0] for head in heads), tuple(head[1] for head in heads)
-    return Acquaintances(tracks, start, epochs, tuple(found), tuple(Place(turn, at) for *_, turn, at in heads)), end
+    epochs = tuple(Epoch(*head[1:4]) for head in heads)
+    places = tuple(Place(*head[4:]) for head in heads)
+    return Acquaintances(tuple(head[0] for head in heads), start, epochs, tuple(found), places), end
 
 
 def _decode_change(data: bytes, offset: int, identities: int) -> tuple[Change, int]:
-    clock, turn, first, epoch, kind, count = _CHANGE.unpack(data, offset)
+    clock, turn, first, era, kind, count = _CHANGE.unpack(data, offset)
     offset += _CHANGE.size_byte
     tracks = tuple(int(_NAME.unpack(data, offset + index * _NAME.size_byte)[0]) for index in range(count))
     offset += count * _NAME.size_byte
@@ -62,7 +61,7 @@ def _decode_change(data: bytes, offset: int, identities: int) -> tuple[Change, i
     entries = identities if kind == EVIDENCE else 0 if kind == EVEN else count * count
     end = offset + size_byte(entries, width)
     values = tuple(np.asarray(decode_floats(data[offset:end], width)).tolist())
-    return Change((clock, turn, first), epoch, kind, tracks, values), end
+    return Change((clock, turn, first), era, kind, tracks, values), end
 
 
 @dataclass(frozen=True, slots=True, eq=False)

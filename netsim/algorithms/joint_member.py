@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Collection, Mapping
 
+import numpy as np
+
 from netsim.algorithms.joint_belief import particles_of
 from netsim.algorithms.joint_groups import kept
 from netsim.algorithms.joint_messages import Call, Held, Reading, Sighting, decode_call, encode_reading

@@ -32,8 +32,7 @@ class Call:
         turn: How often the group's leader has changed.
         tracks: The group's tracks, ascending.
         estimates_m: Where they were a step ago, shape (M, 2).
-        known: What the leader knows of identities; over the air its rows as float32, for who takes over without being given
-            anything.
+        known: What the leader knows of identities, as hearsay, for who takes over without being given anything.
     """
 
     step: int
