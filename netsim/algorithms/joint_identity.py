@@ -53,6 +53,8 @@ class Identities:
         self._due: set[int] = set()
         """Tracks whose leaders are to be told."""
         self._telling: set[int] = set()
+        self._shared: dict[int, Acquaintances] = {}
+        """What was told to a track's leader, or by it."""
         self._number = 0
 
     def fresh(self, held: Held) -> Held:
@@ -73,6 +75,7 @@ class Identities:
         """Lead a group whose leader has fallen silent, and tell its acquaintances where they find it now."""
         self.lead(held)
         self._tell_record(RECOVERED, held.tracks, self._copy(held.tracks[0]))
+        self._shared.clear()
         self._tell_all(self._copy(held.tracks[0]))
 
     def meet(self, held: Held) -> None:
@@ -99,7 +102,8 @@ class Identities:
                 if copy is not None:
                     self._put(copy.located(track, place))
         copy = of_tracks(self._copies, min(tracks))
-        if given is not None and copy is not None and not given.knows(copy):
+        if given is not None and copy is not None:
+            self._shared |= dict.fromkeys(tracks, given)
             self._tell(min(tracks))
         if not self._telling:
             self._copies = [copy for copy in self._copies if set(copy.tracks) & set(self._led)]
@@ -126,6 +130,7 @@ class Identities:
             self._choose(own, word)
             return
         self._absorb(word.known)
+        self._share(both, word)
         if both.state != own.state:
             self._station.node.spawn(self._charged(both))
             self._tell_record(HEARD_OF, (word.track,), self._copy(word.track))
@@ -137,6 +142,13 @@ class Identities:
             for track in both.tracks:
                 if both.place(track).leader == word.origin:
                     self._tell(track)
+
+    def _share(self, both: Acquaintances, word: Word) -> None:
+        """The sender knows what it says, and what it was told: it need not be told again."""
+        for track in both.tracks:
+            if both.place(track).leader == word.origin:
+                told = self._shared.get(track, word.known).merged(word.known)
+                self._shared[track] = word.known if told is None else told
 
     def _choose(self, own: Acquaintances, word: Word) -> None:
         """Of two copies that contradict each other the later, larger one goes on, if it has all that is led here."""
@@ -209,7 +221,8 @@ class Identities:
 
     def _tell(self, track: int) -> None:
         """Tell a track's leader what is known here."""
-        if track in self._led:
+        copy, shared = of_tracks(self._copies, track), self._shared.get(track)
+        if track in self._led or (copy is not None and shared is not None and shared.knows(copy)):
             return
         self._due.add(track)
         if track not in self._telling:
@@ -233,6 +246,7 @@ class Identities:
         self._telling.discard(track)
         if track in self._due and track not in self._led and (known := of_tracks(self._copies, track)) is not None:
             self._tell_record(UNANSWERED, (track,), known)
+            self._shared.pop(track, None)
         self._due.discard(track)
 
     def _is_told(self, track: int, copy: Acquaintances) -> Op[bool]:
@@ -244,6 +258,7 @@ class Identities:
             return True
         if leader == station.node.id:
             return False
+        self._shared[track] = copy
         payload = encode_word(Word(number, station.node.id, track, 0, copy))
 
         def fits(message: Message) -> bool:

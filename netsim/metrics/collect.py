@@ -10,6 +10,7 @@ from netsim.metrics.event_association import PairError
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
 from netsim.metrics.fusion import Fusion
+from netsim.metrics.identities import IdentityWords
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.leaders import Leaders
 from netsim.metrics.life import Life
@@ -50,6 +51,7 @@ class Metrics:
             Handoffs(),
             Leaders(),
             Fusion(),
+            IdentityWords(),
             Table2(),
             Traffic(),
             self._energy,
