@@ -1,5 +1,6 @@
 """One step of a group's belief: motion, readings, estimates (Liu et al. 2004, eq 1)."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -21,7 +22,10 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
-from netsim.trace.events import Estimate, Identity
+from netsim.trace.events import AlgorithmRecord, Estimate, Identity
+
+JOINT = "joint"
+"""Kind of the record of a reading in which a group tracks several targets jointly."""
 
 
 def particles_of(station: Station, targets: int) -> int:
@@ -55,6 +59,8 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
             belief = condition(belief, model.log_likelihood(energies, sensors_m, belief.positions_m))
         except ValueError:
             belief = _restarted(station, held, energies, sensors_m)
+    if len(held.tracks) > 1:
+        station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
     _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
     is_quiet = not (energies > station.parameters.quiet_sd * model.noise_sd).any()
     count = particles_of(station, len(held.tracks))

@@ -8,16 +8,17 @@ from scipy.optimize import linear_sum_assignment
 
 from netsim.algorithms.joint_messages import Held, Sighting
 from netsim.algorithms.joint_parameters import JointTrackingParameters
-from netsim.api import Circle
+from netsim.api import Circle, Region
 from netsim.kernels.logical_targets import clusters, contiguous_groups, join, order_shares, ordered, separate
 from netsim.kernels.particles import ParticleBelief
 from netsim.kernels.semiring import FloatArray
+from netsim.protocols.regions import Union, covering
 
 
-def cover(places_m: FloatArray, range_m: float) -> Circle:
-    """A disc that holds the discs of a range around some places: their mean, and as far as the farthest of them reaches."""
-    x_m, y_m = places_m.mean(axis=0).tolist()
-    return Circle((x_m, y_m), range_m + float(np.hypot(*(places_m - (x_m, y_m)).T).max()))
+def cover(places_m: FloatArray, range_m: float) -> Region:
+    """A shape that holds the discs of a range around some places, as tight as one can be sent to."""
+    discs = [Circle((x_m, y_m), range_m) for x_m, y_m in places_m.tolist()]
+    return discs[0] if len(discs) == 1 else covering(Union(tuple(discs))) or discs[0]
 
 
 def is_joint(parameters: JointTrackingParameters, held: Held, places_m: FloatArray, other: Sighting) -> bool:
@@ -44,21 +45,28 @@ def joined(held: Held, other: Held, particles: int, rng: np.random.Generator) ->
 
 
 def parts_of(
-    parameters: JointTrackingParameters, held: Held, particles: Callable[[int], int], rng: np.random.Generator
+    parameters: JointTrackingParameters,
+    held: Held,
+    range_m: float,
+    particles: Callable[[int], int],
+    rng: np.random.Generator,
 ) -> list[Held]:
     """A group's parts after its targets have parted; the group itself where they have not.
 
     Args:
         parameters: The rule: distance, and how identities mix.
         held: The group.
+        range_m: Sensing range: `latched` joins groups up to twice that apart, and lets them come near before they part.
         particles: How many particles a belief of so many targets has.
         rng: For drawing them.
     """
-    sizes: tuple[int, ...] = (1,)
-    if len(held.tracks) > 1 and parameters.switch != "always":
-        sizes = contiguous_groups(clusters(ordered(held.belief).estimate_m, parameters.separate_m))
-    if len(sizes) == 1:
+    if len(held.tracks) == 1 or parameters.switch == "always":
         return [held]
+    estimates_m, near_m = ordered(held.belief).estimate_m, parameters.separate_m
+    is_waiting = parameters.switch == "latched" and not held.has_met
+    sizes = contiguous_groups(clusters(estimates_m, max(near_m, 2.0 * range_m) if is_waiting else near_m))
+    if len(sizes) == 1:
+        return [replace(held, has_met=held.has_met or len(clusters(estimates_m, near_m)) == 1)]
     beliefs = separate(held.belief, sizes, rng, [particles(size) for size in sizes])
     shares = order_shares(held.belief)
     _, component = linear_sum_assignment(shares, maximize=True)
@@ -77,6 +85,7 @@ def parts_of(
                 ),
                 known=known,
                 is_parted=True,
+                has_met=False,
             )
         )
     return found

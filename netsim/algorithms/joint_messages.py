@@ -17,7 +17,7 @@ from netsim.kernels.semiring import FloatArray
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HH")  # leader, track
-_GIVEN = Record("IHBBBH")  # step, turn, whether it is parted, quiet readings, tracks, particles
+_GIVEN = Record("IHBBBH")  # step, turn, whether it is parted and has met, quiet readings, tracks, particles
 _TRACK = Record("H")
 _TAKEN = Record("IH")  # step, turn
 _MOST_QUIET = 0xFF
@@ -129,6 +129,7 @@ class Held:
         belief: Where the targets are.
         known: What is known of identities, of its tracks and those that they are acquainted with.
         is_parted: Whether it came from a split, and its groups have collided ever since.
+        has_met: Whether its targets have been within the distance of separation since they were joined.
         quiet: Readings in a row in which no member read a target.
     """
 
@@ -138,6 +139,7 @@ class Held:
     belief: ParticleBelief
     known: Acquaintances
     is_parted: bool = False
+    has_met: bool = False
     quiet: int = 0
 
     @property
@@ -164,7 +166,7 @@ def label_of(tracks: Sequence[int]) -> str:
 def encode_given(held: Held, width: FloatWidth) -> bytes:
     """A group as it is given; its particles have equal weights."""
     count, tracks, _ = held.belief.positions_m.shape
-    flags, quiet = int(held.is_parted), min(held.quiet, _MOST_QUIET)
+    flags, quiet = held.is_parted | held.has_met << 1, min(held.quiet, _MOST_QUIET)
     head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, count)
     head += b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known)
     return head + encode_floats(held.belief.positions_m.ravel(), width)
@@ -176,7 +178,8 @@ def decode_given(data: bytes, width: FloatWidth) -> Held:
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
     known, end = decode_acquaintances(data, offset)
     positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
-    return Held(step, turn, tracks, equal_weights(positions_m), known, bool(flags), quiet)
+    is_parted, has_met = bool(flags & 1), bool(flags >> 1)
+    return Held(step, turn, tracks, equal_weights(positions_m), known, is_parted, has_met, quiet)
 
 
 def encode_taken(held: Held) -> bytes:

@@ -8,6 +8,7 @@ from typing import Any, Final
 from netsim.errors import ScenarioError
 from netsim.metrics.definitions import (
     centralised,
+    collaboration,
     communication,
     energy,
     event_association,
@@ -44,6 +45,7 @@ _GROUPS = (
     tracking,
     identities,
     leaders,
+    collaboration,
     centralised,
     communication,
     energy,

@@ -21,7 +21,7 @@ METRICS = grouped(
         "identity_evidence",
         "1",
         "",
-        "Pieces of evidence of who a track is that leaders applied and told. One may be made of several readings: it is told "
+        "Pieces of evidence of who a track is that leaders applied and told. One may be of several readings: it is told "
         "when it changes the identity by as much as the algorithm's `tell_change`.",
         f"{_RECORDS}; {LIU_2004}",
     ),
@@ -44,7 +44,7 @@ METRICS = grouped(
         "identity_words",
         "1",
         "lower",
-        "Messages that carry an acquaintance group's identities, repetitions and those passed on by former leaders included.",
+        "Messages that carry an acquaintance group's identities, also repeated or passed on by former leaders.",
         _SENT,
     ),
     (
