@@ -114,6 +114,7 @@ def test_rows_outside_the_group_do_not_change_by_a_bit(tmp_path, seed):
     assert untouched > 20
 
 
+@pytest.mark.slow
 def test_without_evidence_nothing_is_said_but_of_the_meeting(tmp_path):
     run = world(tmp_path, sense="saturation_m: 30")
     assert {fields["event"] for _, fields in told(run)} == {"met"}
@@ -132,3 +133,22 @@ def test_every_copy_is_a_matrix_when_frames_are_lost(tmp_path, location, seed):
     )
     assert told(run)
     check_matrices(run)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("track", [0, 1])
+def test_who_takes_over_from_a_lost_leader_knows_who_is_who_and_is_found(tmp_path, track):
+    """The leader dies between two hand-overs, after evidence was told."""
+    run = world(tmp_path, f"faults=[{{type: role-crash, role: leader {track}, at_s: 22.8}}]", "duration_s=28")
+    assert run.crashes()
+    check_matrices(run)
+    events = told(run)
+    assert any(fields["event"] == "recovered" and track in fields["tracks"] for _, fields in events)
+    evidence = [(time_ns, fields) for time_ns, fields in events if fields["event"] == "evidence"]
+    assert evidence[0][0] < 22.8 * S
+    after = [
+        (time_ns, np.array(e.probability)) for time_ns, e in run.of(Identity) if e.track == track and time_ns > 23 * S
+    ]
+    truth = np.argmax(evidence[-1][1]["rows"][evidence[-1][1]["group"].index(track)])
+    assert after
+    assert all(probability[truth] > 0.9 for _, probability in after)
