@@ -23,7 +23,7 @@ EVIDENCE, EVEN, SHARES = 0, 1, 2
 """Kinds of changes: something was learned of a track; tracks met, evenly mixed or by given shares."""
 
 Number = tuple[int, int, int]
-"""Of a change: a clock that goes up with all that its author knew, the turn of the author's group, the first track of it."""
+"""Of a change: a clock that is above all that its author knew of, the author's node, and the lowest of its tracks."""
 
 EXACT: Final = 0xFFFF
 """As `Epoch.heard`: the rows are not from hearsay."""
@@ -152,24 +152,24 @@ class Acquaintances:
             return self
         return replace(self, places=(*self.places[:index], place, *self.places[index + 1 :]))
 
-    def learned(self, track: int, likelihood: Sequence[float], turn: int) -> "Acquaintances":
-        """With evidence about a track; likelihoods as float32, which is how they are told.
+    def learned(self, track: int, likelihood: Sequence[float]) -> "Acquaintances":
+        """With evidence about a track, by its leader; likelihoods as float32, which is how they are told.
 
         Raises:
             ValueError: The evidence contradicts what is known, or is no likelihood.
         """
         values = tuple(np.asarray(likelihood, dtype=np.float32).astype(float).tolist())
         identity.posterior(self.row(track), values)
-        return self._changed(Change(self._next(turn, track), self._era, EVIDENCE, (track,), values))
+        return self._changed(Change(self._next(track), self._era, EVIDENCE, (track,), values))
 
-    def met(self, tracks: Sequence[int], shares: FloatArray | None, turn: int) -> "Acquaintances":
-        """After tracks met: evenly mixed, or by shares as `identity.mix_by` takes them.
+    def met(self, tracks: Sequence[int], shares: FloatArray | None = None) -> "Acquaintances":
+        """After tracks of one leader met: evenly mixed, or by shares as `identity.mix_by` takes them.
 
-        Where they are all there are, a new epoch begins.
+        Where they are all there are, a new era begins.
         """
         values = () if shares is None else tuple(shares.ravel().tolist())
         kind = EVEN if shares is None else SHARES
-        mixed = self._changed(Change(self._next(turn, min(tracks)), self._era, kind, tuple(tracks), values))
+        mixed = self._changed(Change(self._next(min(tracks)), self._era, kind, tuple(tracks), values))
         return mixed.renewed() if set(self.tracks) == set(tracks) else mixed
 
     @property
@@ -182,8 +182,8 @@ class Acquaintances:
         heard = [epoch.heard for epoch in self.epochs if epoch.heard != EXACT]
         return max((*heard, *(change.number[0] for change in self.changes)), default=0)
 
-    def _next(self, turn: int, track: int) -> Number:
-        return self._clock + 1, turn, track
+    def _next(self, track: int) -> Number:
+        return self._clock + 1, self.place(track).leader, track
 
     def _changed(self, change: Change) -> "Acquaintances":
         return replace(self, changes=(*self.changes, change))

@@ -71,7 +71,7 @@ def parts_of(
     shares = order_shares(held.belief)
     _, component = linear_sum_assignment(shares, maximize=True)
     by_track = shares[np.argsort(component)] if parameters.mixing == "particles" else None
-    known = held.known.met(held.tracks, by_track, held.turn)
+    known = held.known.met(held.tracks, by_track)
     found, begin = [], 0
     for size, belief in zip(sizes, beliefs, strict=True):
         logical = sorted(range(begin, begin + size), key=lambda target: held.tracks[component[target]])

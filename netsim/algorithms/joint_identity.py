@@ -36,6 +36,7 @@ MET, EVIDENCE, REFUSED, HEARD_OF, RECOVERED, UNANSWERED, CONTRADICTED = (
 )
 _MOST_PASSED = 64
 _SURE = 1e-9
+_MANY_CHANGES = 16
 
 
 class Identities:
@@ -204,14 +205,14 @@ class Identities:
         """Make evidence part of what is known."""
         copy = self._copy(track)
         try:
-            changed = copy.learned(track, likelihood.tolist(), self._led[track])
+            changed = copy.learned(track, likelihood.tolist())
         except ValueError:
             self._tell_record(REFUSED, (track,), copy)
             return
-        self._put(changed)
         if changed.changes[-1].number in changed.refused:
-            self._tell_record(REFUSED, (track,), changed)
+            self._tell_record(REFUSED, (track,), copy)
             return
+        self._put(changed)
         self._tell_record(EVIDENCE, (track,), changed)
         self._tell_all(changed)
 
@@ -270,7 +271,21 @@ class Identities:
         known = of_tracks(self._copies, track)
         if known is not None:
             self._put(known.located(track, Place(decode_heard(answer.payload)[2], answer.source)))
+            self._settle(known.tracks[0])
         return True
+
+    def _settle(self, track: int) -> None:
+        """Many changes that all know become the start of a new era, at the leader of the lowest track.
+
+        What another leader adds between its confirmation and the word of that is lost.
+        """
+        copy = of_tracks(self._copies, track)
+        if copy is None or track not in self._led or len(copy.changes) < _MANY_CHANGES:
+            return
+        others = [self._shared.get(other) for other in copy.tracks if other not in self._led]
+        if all(other is not None and other.knows(copy) for other in others):
+            self._put(copy.renewed())
+            self._tell_all(copy)
 
     def _copy(self, track: int) -> Acquaintances:
         """The copy of a track that is led here."""

@@ -11,7 +11,7 @@ from netsim.errors import AlgorithmError
 
 _GROUP = Record("BHH")  # tracks, identities, changes
 _TRACK = Record("HHHHIH")  # track, epoch (era, heard, check), turn of its group, leader
-_CHANGE = Record("HIHHBB")  # clock, turn, first track, era, kind, tracks
+_CHANGE = Record("HHHHBB")  # clock, author, first track, era, kind, tracks
 _NAME = Record("H")
 _WORD = Record("HHHB")  # number, who asks, track, how often it was passed on
 _HEARD = Record("HHI")  # number of the word, track, turn
@@ -53,7 +53,7 @@ def decode_acquaintances(data: bytes, offset: int = 0, width: FloatWidth = "floa
 
 
 def _decode_change(data: bytes, offset: int, identities: int) -> tuple[Change, int]:
-    clock, turn, first, era, kind, count = _CHANGE.unpack(data, offset)
+    clock, author, first, era, kind, count = _CHANGE.unpack(data, offset)
     offset += _CHANGE.size_byte
     tracks = tuple(int(_NAME.unpack(data, offset + index * _NAME.size_byte)[0]) for index in range(count))
     offset += count * _NAME.size_byte
@@ -61,7 +61,7 @@ def _decode_change(data: bytes, offset: int, identities: int) -> tuple[Change, i
     entries = identities if kind == EVIDENCE else 0 if kind == EVEN else count * count
     end = offset + size_byte(entries, width)
     values = tuple(np.asarray(decode_floats(data[offset:end], width)).tolist())
-    return Change((clock, turn, first), era, kind, tracks, values), end
+    return Change((clock, author, first), era, kind, tracks, values), end
 
 
 @dataclass(frozen=True, slots=True, eq=False)

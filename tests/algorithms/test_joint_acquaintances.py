@@ -44,34 +44,34 @@ def check_sums(known):
 
 def test_one_crossing_and_evidence_of_94_percent():
     """Liu et al. 2004, section 6: (.94, .06) and (.06, .94)."""
-    met = together(alone(0, 2), alone(1, 2)).met((0, 1), None, 1)
+    met = together(alone(0, 2), alone(1, 2)).met((0, 1))
     np.testing.assert_array_equal(met.rows, 0.5)
-    clear = met.learned(1, [0.94, 0.06], 2)
+    clear = met.learned(1, [0.94, 0.06])
     np.testing.assert_allclose(clear.rows, [[0.06, 0.94], [0.94, 0.06]], atol=1e-7)
 
 
 def test_who_has_met_nobody_keeps_the_identity_bit_for_bit():
-    known = group(3).met((0, 1), None, 1).learned(0, [0.9, 0.1, 0.5], 1)
+    known = group(3).met((0, 1)).learned(0, [0.9, 0.1, 0.5])
     np.testing.assert_array_equal(known.row(2), [0.0, 0.0, 1.0])
 
 
 def test_evidence_that_contradicts_all_that_is_possible_is_refused():
-    known = together(alone(0, 3), alone(1, 3)).met((0, 1), None, 1)
+    known = together(alone(0, 3), alone(1, 3)).met((0, 1))
     with pytest.raises(ValueError, match="contradicts"):
-        known.learned(0, [0.0, 0.0, 1.0], 1)
+        known.learned(0, [0.0, 0.0, 1.0])
 
 
 def test_evidence_at_once_that_cannot_both_be_is_refused_by_all_alike():
-    met = together(alone(0, 2), alone(1, 2)).met((0, 1), None, 1)
-    one, other = met.learned(0, [1.0, 0.0], 3), met.learned(1, [1.0, 0.0], 2)
+    met = together(alone(0, 2), alone(1, 2)).met((0, 1))
+    one, other = met.learned(0, [1.0, 0.0]), met.learned(1, [1.0, 0.0])
     for known in (one.merged(other), other.merged(one)):
         assert len(known.refused) == 1
-        np.testing.assert_allclose(known.rows, [[0.0, 1.0], [1.0, 0.0]])  # the lower turn is first in the order
+        np.testing.assert_allclose(known.rows, np.eye(2))  # of two authors at once the lower node is first
 
 
 def test_tracks_that_are_all_there_are_begin_a_new_era_when_they_meet():
-    known = together(alone(0, 2), alone(1, 2)).met((0, 1), None, 1).learned(0, [0.9, 0.1], 1)
-    again = known.met((0, 1), None, 2)
+    known = together(alone(0, 2), alone(1, 2)).met((0, 1)).learned(0, [0.9, 0.1])
+    again = known.met((0, 1))
     assert again.changes == ()
     assert again.merged(known).state == known.merged(again).state == again.state
     assert again.knows(known)
@@ -79,20 +79,20 @@ def test_tracks_that_are_all_there_are_begin_a_new_era_when_they_meet():
 
 
 def test_hearsay_gives_way_to_what_is_known_exactly():
-    exact = together(alone(0, 2), alone(1, 2)).met((0, 1), None, 1).learned(0, [0.9, 0.1], 1)
+    exact = together(alone(0, 2), alone(1, 2)).met((0, 1)).learned(0, [0.9, 0.1])
     hearsay = exact.hearsay().recovered()
     np.testing.assert_allclose(hearsay.rows, exact.rows, atol=1e-7)
     check_sums(hearsay)
-    later = exact.learned(1, [0.2, 0.8], 1)
+    later = exact.learned(1, [0.2, 0.8])
     assert later.merged(hearsay).state == hearsay.merged(later).state == later.state
-    went_on = hearsay.learned(1, [0.2, 0.8], 4)
+    went_on = hearsay.learned(1, [0.2, 0.8])
     np.testing.assert_allclose(went_on.merged(exact).rows, later.rows, atol=1e-12)
 
 
 def test_copies_that_contradict_each_other_are_reconciled():
     """Two nodes have led track 0, and each has let it meet another track."""
-    one = together(alone(0, 3), alone(1, 3)).met((0, 1), None, 1)
-    other = together(alone(0, 3), alone(2, 3)).met((0, 2), None, 1)
+    one = together(alone(0, 3), alone(1, 3)).met((0, 1))
+    other = together(alone(0, 3), alone(2, 3)).met((0, 2))
     assert one.merged(other) is None
     check_sums(one.reconciled(other))
     check_sums(other.reconciled(one))
@@ -112,16 +112,16 @@ STEPS = st.lists(
 def run_through(targets, steps):
     """Each track has a leader with a copy of its own; words that are not in `steps` are lost."""
     copies = [alone(track, targets) for track in range(targets)]
-    for turn, (what, a, b, likelihood) in enumerate(steps):
+    for what, a, b, likelihood in steps:
         one, other = a % targets, b % targets
         if what == "evidence":
             try:
-                copies[one] = copies[one].learned(one, likelihood[:targets], turn)
+                copies[one] = copies[one].learned(one, likelihood[:targets])
             except ValueError:
                 continue
         elif one != other:
             both = copies[one].merged(copies[other])
-            copies[one] = both.met((one, other), None, turn) if what == "meet" else both
+            copies[one] = both.met((one, other)) if what == "meet" else both
             if what == "meet":
                 copies[other] = copies[one]
         for known in copies:
@@ -161,7 +161,7 @@ def test_bytes_keep_every_bit(targets, steps):
 
 def test_shares_of_particles_survive_the_air():
     shares = np.array([[0.75, 0.25], [0.25, 0.75]])
-    known = group(3).met((0, 1), shares, 1)
+    known = group(3).met((0, 1), shares)
     np.testing.assert_array_equal(known.rows[:2, :2], shares)
     word = decode_word(encode_word(Word(7, 3, 1, 2, known)))
     assert (word.number, word.origin, word.track, word.passed) == (7, 3, 1, 2)

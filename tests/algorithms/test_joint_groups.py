@@ -79,7 +79,7 @@ def test_a_reading_arrives_as_it_was_sent(others):
 def test_a_group_arrives_as_it_was_given(tracks, is_parted, has_met, quiet, width):
     places_m = np.random.default_rng(1).uniform(-600.0, 600.0, (20, len(tracks), 2))
     known = acquainted(tracks, range(len(tracks)), 4)
-    known = known.met(tracks, None, 4) if len(tracks) > 1 else known
+    known = known.met(tracks) if len(tracks) > 1 else known
     held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet)
     there = decode_given(encode_given(held, width), width)
     assert (there.step, there.turn, there.tracks) == (9, 4, tracks)

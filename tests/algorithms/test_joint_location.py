@@ -1,5 +1,6 @@
 """Leaders that find each other after their tracks have changed hands, on a medium without physics and on a lossy one."""
 
+import itertools
 import json
 
 import numpy as np
@@ -60,7 +61,7 @@ class Wandering:
 
     def _script(self, node, identities):
         both = [Acquaintances.alone(track, np.eye(2)[track], Place(0, track)) for track in (0, 1)]
-        known = both[0].merged(both[1]).met((0, 1), None, 0)
+        known = both[0].merged(both[1]).met((0, 1))
         yield from node.pause_until(0)
         if node.id == 0:
             identities.lead(held_of(0, known, 0, 0))
@@ -76,14 +77,14 @@ class Wandering:
                 identities.leave((1,), Place(node.id, node.id + 1), known)
 
 
-def run_of(moves, medium=None, looks=1, **parameters):
+def run_of(moves, medium=None, looks=1, label=lambda: 0, accuracy=0.94, **parameters):
     return run_algorithm(
         lambda: Wandering(JointTrackingParameters(**parameters), moves, looks),
         NODES,
         knowledge=lambda _: KNOWLEDGE,
-        observe=lambda _: [0.0, *label_probabilities(0, 2, 0.94)],
+        observe=lambda _: [0.0, *label_probabilities(label(), 2, accuracy)],
         medium=medium,
-        duration_s=LOOK_S + 12,
+        duration_s=LOOK_S + 3 * looks + 9,
     )
 
 
@@ -138,6 +139,18 @@ def test_a_leader_that_is_silent_is_given_up():
     assert [what for _, what, _ in records(run)].count("unanswered") == 1
     assert len(sent(run, WORD)) == rounds * attempts
     assert max(time_ns for time_ns, _ in run.of(MessageSent)) < (LOOK_S + 6) * NS_PER_S
+
+
+def test_what_is_said_does_not_grow_with_time():
+    """Labels that contradict each other, so that each is news: sixteen changes known to all become a new start."""
+    looks, labels = 40, itertools.cycle([0, 1])
+    run = run_of(2, looks=looks, tell_change=0.0, classify_above=0.7, label=lambda: next(labels), accuracy=0.75)
+    sizes = [event.size_byte for _, event in run.of(MessageSent) if event.kind == WORD]
+    events = [what for _, what, _ in records(run)]
+    assert events.count("evidence") == looks
+    assert "unanswered" not in events
+    assert max(sizes) == min(sizes) + 16 * (sizes[9] - sizes[8])
+    np.testing.assert_allclose(records(run)[-1][2], 0.5, atol=1e-6)
 
 
 def test_homes_are_sensors_and_differ():
