@@ -179,6 +179,8 @@ CITED: Final[Mapping[type[Any], Cited]] = {
 
 NAMES: Final[Mapping[type[Any], str]] = {
     tracking.AcousticTarget: "sound-source",
+    energy_tracking.EnergyTarget: "energy-source",
+    vehicle_sounds.LabelParameters: "labels",
     tracking.AssumedAmplitude: "amplitude",
     tracking.AssumedBearing: "bearing",
     sound.MicrophoneArray: "microphones",
