@@ -73,9 +73,10 @@ class Identities:
             self.whereabouts.took(track, held.turn)
 
     def recover(self, held: Held) -> None:
-        """Lead a group whose leader has fallen silent, and tell its acquaintances where they find it now."""
+        """Lead a group that nobody gave, perhaps of a leader that has fallen silent, and tell its acquaintances."""
         self.lead(held)
-        self._tell_record(RECOVERED, held.tracks, self._copy(held.tracks[0]))
+        if held.turn > 0:
+            self._tell_record(RECOVERED, held.tracks, self._copy(held.tracks[0]))
         self._shared.clear()
         self._tell_all(self._copy(held.tracks[0]))
 
@@ -215,6 +216,7 @@ class Identities:
         self._put(changed)
         self._tell_record(EVIDENCE, (track,), changed)
         self._tell_all(changed)
+        self._settle(changed.tracks[0])
 
     def _tell_all(self, copy: Acquaintances) -> None:
         for track in copy.tracks:
