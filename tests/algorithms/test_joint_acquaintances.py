@@ -100,7 +100,7 @@ def test_copies_that_contradict_each_other_are_reconciled():
 
 def test_tracks_whose_identity_is_open_learn_each_for_itself():
     """Nobody knows that they are all there are: what one is tells nothing of the other."""
-    one, other = (Acquaintances.alone(track, np.full(3, 1 / 3), Place(0, track)) for track in (70_000, 70_001))
+    one, other = (Acquaintances.alone(track, np.full(3, 1 / 3), Place(0, 4)) for track in (70_000, 70_001))
     learned = one.learned(70_000, [0.94, 0.03, 0.03])
     np.testing.assert_allclose(learned.rows, [[0.94, 0.03, 0.03]], atol=1e-7)
     both = learned.merged(other)
