@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from netsim.algorithms.decay_factors import charge
-from netsim.algorithms.joint_acquaintances import Place
 from netsim.algorithms.joint_belief import operations, particles_of, updated
 from netsim.algorithms.joint_book import Calls, Readings, Turns, call_of
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_giving import give
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, parts_of, places_of
 from netsim.algorithms.joint_identity import Identities
