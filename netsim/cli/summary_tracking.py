@@ -17,7 +17,7 @@ def tracking_rows(figures: Mapping[str, Any]) -> Iterator[Row]:
             yield f"NEES, mean (consistent: {interval})", number(figures["nees_mean"])
         if "identity_accuracy" in figures:
             yield f"identities right, of {figures['identities']} beliefs", percent(figures["identity_accuracy"])
-    if "reports" in figures:
+    if "group_reports" in figures:
         yield from _groups(figures)
     if "handoffs" in figures:
         yield from _handoffs(figures)

@@ -75,7 +75,7 @@ class Collaboration:
         return {
             "reading_error_mean_m": math.fsum(errors_m) / len(errors_m) if errors_m else None,
             "reading_nees_mean": math.fsum(squared) / len(squared) if squared else None,
-            "reports": count,
+            "group_reports": count,
             "report_distance_sum_m": math.fsum(self._distances_m),
             "report_distance_mean_m": math.fsum(self._distances_m) / count if count else None,
             "group_merges": self._changes["merge"],

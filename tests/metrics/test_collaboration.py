@@ -55,7 +55,11 @@ def test_other_problems_have_no_such_figures():
 
 def test_reports_are_measured_from_member_to_leader():
     figures = figures_of((0.5, sends(1, 0)), (0.6, sends(2, 0)), (0.7, sends(2, 0, "call")), (1.0, estimate(0, 5.0)))
-    assert (figures["reports"], figures["report_distance_sum_m"], figures["report_distance_mean_m"]) == (2, 55.0, 27.5)
+    assert (figures["group_reports"], figures["report_distance_sum_m"], figures["report_distance_mean_m"]) == (
+        2,
+        55.0,
+        27.5,
+    )
 
 
 def test_errors_are_of_the_reading_and_of_the_best_assignment():

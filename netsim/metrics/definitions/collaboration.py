@@ -25,7 +25,13 @@ METRICS = grouped(
         "how far they are off, more if they are too sure; null without a covariance.",
         "Estimate, TruthTargets, Problem",
     ),
-    ("reports", "1", "", "Readings that members sent to their leaders; a leader's own do not count.", "MessageSent"),
+    (
+        "group_reports",
+        "1",
+        "",
+        "Readings that members sent to their leaders; a leader's own do not count.",
+        "MessageSent",
+    ),
     (
         "report_distance_mean_m",
         "m",
