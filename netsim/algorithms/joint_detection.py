@@ -10,6 +10,8 @@ from typing import Final
 
 import numpy as np
 
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_member import Membership
 from netsim.algorithms.joint_messages import Held
 from netsim.algorithms.joint_station import Station
@@ -63,4 +65,5 @@ class Detection:
         range_m = max(float(np.sqrt(model.amplitude / station.loud)), model.saturation_m)
         station.node.log(f"a reading of {energy:.1f}, and no group called: beginning track {track}")
         belief = uniform_disc(station.place_m, range_m, station.parameters.particles, station.rng)
-        self._claim(Held(step, 0, (track,), belief, np.full((1, targets), 1.0 / targets)))
+        known = Acquaintances.alone(track, np.full(targets, 1.0 / targets), Place(0, station.node.id))
+        self._claim(Held(step, 0, (track,), belief, known))
