@@ -1,6 +1,6 @@
 """One step of a group's belief: motion, readings, estimates (Liu et al. 2004, eq 1)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,10 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
-from netsim.trace.events import Estimate, Identity
+from netsim.trace.events import Estimate, Identity, Particles
+
+_MOST_TOLD = 200
+"""Particles of a belief that go into the trace: enough to see it, whatever it has."""
 
 
 def particles_of(station: Station, targets: int) -> int:
@@ -57,10 +60,9 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
             belief = _restarted(station, held, energies, sensors_m)
     _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
     is_quiet = not (energies > station.parameters.quiet_sd * model.noise_sd).any()
-    count = particles_of(station, len(held.tracks))
-    return replace(
-        held, step=step, belief=resample(belief, count, station.rng), quiet=held.quiet + 1 if is_quiet else 0
-    )
+    drawn = resample(belief, particles_of(station, len(held.tracks)), station.rng)
+    _tell_particles(station, held.tracks, step, drawn)
+    return replace(held, step=step, belief=drawn, quiet=held.quiet + 1 if is_quiet else 0)
 
 
 def _restarted(station: Station, held: Held, energies: FloatArray, sensors_m: FloatArray) -> ParticleBelief:
@@ -89,3 +91,10 @@ def _tell(station: Station, held: Held, belief: ParticleBelief, between_m2: floa
         x_m, y_m = logical.estimate_m[index].tolist()
         node.record(Estimate(node.id, track, x_m, y_m, covariance))
         node.record(Identity(node.id, track, held.rows[index].tolist()))
+
+
+def _tell_particles(station: Station, tracks: Sequence[int], step: int, belief: ParticleBelief) -> None:
+    """A belief of equal weights; systematic resampling leaves copies side by side, of which every n-th is an even choice."""
+    places_m = ordered(belief).positions_m if belief.targets > 1 else belief.positions_m
+    told_m = places_m[:: -(-belief.count // _MOST_TOLD)].swapaxes(0, 1).reshape(-1, 2).astype(np.float32)
+    station.node.record(Particles(station.node.id, step, tracks, belief.count, told_m[:, 0], told_m[:, 1]))
