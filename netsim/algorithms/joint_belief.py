@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from netsim.algorithms.joint_groups import named
 from netsim.algorithms.joint_messages import Held, Reading
 from netsim.algorithms.joint_station import Station
 from netsim.kernels.energy_sensing import likelihood_operations
-from netsim.kernels.logical_targets import ordered
 from netsim.kernels.particle_resolution import resolution_m2
 from netsim.kernels.particles import (
     ParticleBelief,
@@ -84,11 +84,11 @@ def _tell(station: Station, held: Held, belief: ParticleBelief, between_m2: floa
         between_m2: Variance on account of the distance between particles, of each coordinate.
     """
     node = station.node
-    logical = ordered(belief) if belief.targets > 1 else belief
+    told = named(belief)
     for index, track in enumerate(held.tracks):
-        spread = logical.covariance_m2(index)
+        spread = told.covariance_m2(index)
         covariance = [float(spread[0, 0]) + between_m2, float(spread[0, 1]), float(spread[1, 1]) + between_m2]
-        x_m, y_m = logical.estimate_m[index].tolist()
+        x_m, y_m = told.estimate_m[index].tolist()
         node.record(Estimate(node.id, track, x_m, y_m, covariance))
         node.record(Identity(node.id, track, held.rows[index].tolist()))
 

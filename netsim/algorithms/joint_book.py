@@ -1,10 +1,10 @@
 """What a leader remembers: whose word about a track counts, calls of other leaders, and readings of members."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 import numpy as np
 
-from netsim.algorithms.joint_messages import Call, Held, Reading
+from netsim.algorithms.joint_messages import Call, Held, Reading, Sighting
 from netsim.algorithms.joint_station import Station
 from netsim.kernels.semiring import FloatArray
 
@@ -51,16 +51,33 @@ class Readings:
         }
 
 
+class Calls:
+    """The calls that put this node into groups, by step; a leader may have several groups."""
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+        self._heard: dict[int, dict[tuple[int, ...], tuple[int, Call]]] = {}
+
+    def note(self, leader: int, call: Call) -> None:
+        """Somebody calls; earlier steps than the one before are forgotten."""
+        if self._station.range_to_m(call.estimates_m) <= self._station.knowledge.sensing_range_m:
+            self._heard = {step: calls for step, calls in self._heard.items() if step >= call.step - 1}
+            self._heard.setdefault(call.step, {})[call.tracks] = leader, call
+
+    def any_at(self, step: int) -> bool:
+        """Whether a group has called this node at a step."""
+        return bool(self._heard.get(step))
+
+    def sighted(self, group: Call) -> tuple[Sighting, ...]:
+        """The tracks of the other groups that called this node at the step of a group's call."""
+        return tuple(
+            Sighting(leader, track, *place)
+            for tracks, (leader, call) in sorted(self._heard.get(group.step, {}).items())
+            if tracks != group.tracks
+            for track, place in zip(tracks, call.estimates_m.tolist(), strict=True)
+        )
+
+
 def call_of(held: Held, step: int, places_m: FloatArray) -> Call:
     """What a leader says of a group."""
     return Call(step, held.turn, held.tracks, places_m, held.rows)
-
-
-def calls_in_range(station: Station, calls: Mapping[int, Call], step: int) -> dict[int, Call]:
-    """Those calls of a step in whose sensing range this node is, by leader."""
-    range_m = station.knowledge.sensing_range_m
-    return {
-        leader: call
-        for leader, call in calls.items()
-        if call.step == step and station.range_to_m(call.estimates_m) <= range_m
-    }

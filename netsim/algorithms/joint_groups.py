@@ -44,21 +44,28 @@ def joined(held: Held, other: Held, particles: int, rng: np.random.Generator) ->
 
 
 def parts_of(
-    parameters: JointTrackingParameters, held: Held, particles: Callable[[int], int], rng: np.random.Generator
+    parameters: JointTrackingParameters,
+    held: Held,
+    range_m: float,
+    particles: Callable[[int], int],
+    rng: np.random.Generator,
 ) -> list[Held]:
     """A group's parts after its targets have parted; the group itself where they have not.
 
     Args:
         parameters: The rule: distance, and how identities mix.
         held: The group.
+        range_m: Sensing range: `latched` joins groups up to twice that apart, and lets them come near before they part.
         particles: How many particles a belief of so many targets has.
         rng: For drawing them.
     """
-    sizes: tuple[int, ...] = (1,)
-    if len(held.tracks) > 1 and parameters.switch != "always":
-        sizes = contiguous_groups(clusters(ordered(held.belief).estimate_m, parameters.separate_m))
-    if len(sizes) == 1:
+    if len(held.tracks) == 1 or parameters.switch == "always":
         return [held]
+    estimates_m, near_m = ordered(held.belief).estimate_m, parameters.separate_m
+    is_waiting = parameters.switch == "latched" and not held.has_met
+    sizes = contiguous_groups(clusters(estimates_m, max(near_m, 2.0 * range_m) if is_waiting else near_m))
+    if len(sizes) == 1:
+        return [replace(held, has_met=held.has_met or len(clusters(estimates_m, near_m)) == 1)]
     beliefs = separate(held.belief, sizes, rng, [particles(size) for size in sizes])
     shares = order_shares(held.belief)
     _, component = linear_sum_assignment(shares, maximize=True)
@@ -77,6 +84,7 @@ def parts_of(
                 ),
                 rows=rows[logical],
                 is_parted=True,
+                has_met=False,
             )
         )
     return found
@@ -97,6 +105,17 @@ def kept(held: Held, tracks: Collection[int]) -> Held | None:
     )
 
 
+def named(belief: ParticleBelief) -> ParticleBelief:
+    """Logical targets, each in the place of the target that it most probably is.
+
+    What a joint belief, which may not tell its targets apart, says of each of them; `parts_of` names its parts alike.
+    """
+    if belief.targets == 1:
+        return belief
+    _, component = linear_sum_assignment(order_shares(belief), maximize=True)
+    return ParticleBelief(ordered(belief).positions_m[:, np.argsort(component)], belief.log_weights)
+
+
 def places_of(held: Held) -> FloatArray:
-    """Estimates of a group's targets, shape (M, 2); of a joint belief, which may not tell them apart, of logical targets."""
-    return ordered(held.belief).estimate_m if len(held.tracks) > 1 else held.belief.estimate_m
+    """Estimates of a group's targets in the order of its tracks, shape (M, 2)."""
+    return named(held.belief).estimate_m

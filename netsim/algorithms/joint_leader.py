@@ -8,10 +8,9 @@ import numpy as np
 
 from netsim.algorithms.decay_factors import charge
 from netsim.algorithms.joint_belief import operations, particles_of, updated
-from netsim.algorithms.joint_book import Readings, Turns, call_of, calls_in_range
+from netsim.algorithms.joint_book import Calls, Readings, Turns, call_of
 from netsim.algorithms.joint_giving import give
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, parts_of, places_of
-from netsim.algorithms.joint_member import sightings
 from netsim.algorithms.joint_messages import (
     Call,
     Held,
@@ -44,10 +43,11 @@ class Leading:
     def __init__(self, station: Station, on_call: Callable[[Call], None]) -> None:
         self._station, self._on_call = station, on_call
         self._groups: dict[int, Held] = {}
+        self._leaving: set[int] = set()
+        """Places of groups that are being given away."""
         self._next = 0
         self._turns = Turns()
-        self._calls: dict[int, Call] = {}
-        """Last call heard from each leader."""
+        self._calls = Calls(station)
         self._readings = Readings(station)
 
     def take(self, held: Held) -> None:
@@ -76,16 +76,20 @@ class Leading:
         self._say(CLAIM, call)
 
     def hear(self, message: Message) -> None:
-        """Another leader's word: of a track that both lead the one with more turns goes on, of equal turns the lower node."""
+        """Another leader's word: of two that lead a track the one with more turns goes on, of equal turns the lower node."""
         call = decode_call(message.payload)
         if message.kind == CALL:
-            self._calls[message.source] = call
+            self._calls.note(message.source, call)
         self._turns.note(call.tracks, call.turn, message.source)
         for place, held in list(self._groups.items()):
-            is_common = bool(set(held.tracks) & set(call.tracks))
-            if is_common and (held.turn, -self._station.node.id) < (call.turn, -message.source):
+            if not set(held.tracks) & set(call.tracks):
+                continue
+            if (held.turn, -self._station.node.id) < (call.turn, -message.source):
                 self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
                 self._lose(place, call.tracks)
+            elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
+                word = encode_call(call_of(held, held.step, places_of(held)))
+                self._station.node.send(message.source, CLAIM, word, causes=[message])
 
     def note_reading(self, message: Message) -> None:
         """A member's reading, for all groups of this node that it is in."""
@@ -143,8 +147,7 @@ class Leading:
         yield from node.pause_until(station.time_ns(step) + int(station.parameters.collect_share * station.step_ns))
         readings = self._readings.near(step, places_m)
         if own is not None:
-            others = calls_in_range(station, self._calls, step)
-            readings[node.id] = Reading(step, own, sightings(others))
+            readings[node.id] = Reading(step, own, self._calls.sighted(call))
         return readings
 
     def _decide(self, place: int, others: Collection[Sighting]) -> Op[None]:
@@ -160,9 +163,9 @@ class Leading:
         if (host := self._host(held, near)) is not None:
             yield from self._given(place, host)
             return
-        self._join_own(place)
+        waits = self._join_own(place)
         yield from self._split(place)
-        if place in self._groups and not near:  # else stay: there is somebody who gives his group to this node
+        if place in self._groups and not near and not waits:  # else stay: another group is on its way to this one
             yield from self._migrate(place)
 
     def _end(self, place: int) -> None:
@@ -179,7 +182,9 @@ class Leading:
     def _given(self, place: int, receiver: int) -> Op[bool]:
         """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered."""
         held = self._groups[place]
+        self._leaving.add(place)
         is_taken = yield from give(self._station, held, receiver)
+        self._leaving.discard(place)
         if place not in self._groups:
             return True
         if is_taken:
@@ -188,29 +193,48 @@ class Leading:
             self._groups[place] = replace(self._groups[place], turn=held.turn + 2)
         return is_taken
 
-    def _join_own(self, place: int) -> None:
-        """Join to a group the others of this node that belong with it; among them are those that were given for that."""
-        station = self._station
-        for other, each in list(self._groups.items()):
-            held = self._groups[place]
-            if other == place or each.step != held.step:
+    def _join_own(self, place: int) -> bool:
+        """Join to a group the others of this node that belong with it; among them are those that were given for that.
+
+        Returns:
+            Whether there are some that belong with it, and are yet to take a reading.
+        """
+        waits = False
+        for other in [each for each in self._groups if each != place and each not in self._leaving]:
+            if not self._are_joint(self._groups[place], self._groups[other]):
                 continue
-            places_m = places_of(each).tolist()
-            near = [Sighting(station.node.id, track, *at) for track, at in zip(each.tracks, places_m, strict=True)]
-            if any(is_joint(station.parameters, held, places_of(held), one) for one in near):
-                del self._groups[other]
-                both = joined(held, each, station.parameters.joint_particles, station.rng)
-                self._turns.note(both.tracks, both.turn, station.node.id)
-                self._groups[place] = both
-                self._tell_change(MERGE, [held, each])
+            if self._groups[other].step == self._groups[place].step:
+                self._merge(place, other)
+            else:
+                waits = True
+        return waits
+
+    def _are_joint(self, held: Held, other: Held) -> bool:
+        places_m, node = places_of(held), self._station.node
+        near = (
+            Sighting(node.id, track, *at) for track, at in zip(other.tracks, places_of(other).tolist(), strict=True)
+        )
+        return any(is_joint(self._station.parameters, held, places_m, one) for one in near)
+
+    def _merge(self, place: int, other: int) -> None:
+        station, held, each = self._station, self._groups[place], self._groups.pop(other)
+        both = joined(held, each, station.parameters.joint_particles, station.rng)
+        self._turns.note(both.tracks, both.turn, station.node.id)
+        self._groups[place] = both
+        self._tell_change(MERGE, [held, each])
 
     def _split(self, place: int) -> Op[None]:
         """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest them."""
         station = self._station
         parts = parts_of(
-            station.parameters, self._groups[place], lambda targets: particles_of(station, targets), station.rng
+            station.parameters,
+            self._groups[place],
+            station.knowledge.sensing_range_m,
+            lambda targets: particles_of(station, targets),
+            station.rng,
         )
         if len(parts) == 1:
+            self._groups[place] = parts[0]
             return
         parts.sort(key=lambda part: station.range_to_m(places_of(part)))
         self._tell_change(SPLIT, parts)

@@ -1,12 +1,13 @@
 """A member's part: read when a leader calls, tell it, and take a track over whose leader has fallen silent."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 
 import numpy as np
 
 from netsim.algorithms.joint_belief import particles_of
+from netsim.algorithms.joint_book import Calls
 from netsim.algorithms.joint_groups import kept
-from netsim.algorithms.joint_messages import Call, Held, Reading, Sighting, decode_call, encode_reading
+from netsim.algorithms.joint_messages import Call, Held, Reading, decode_call, encode_reading
 from netsim.algorithms.joint_station import CALL, READING, Station
 from netsim.api import Message, Op
 from netsim.kernels.particles import uniform_disc
@@ -24,8 +25,7 @@ class Membership:
         self._station, self._claim = station, claim
         self._heard: dict[int, Call] = {}
         """The last word heard, by track."""
-        self._calls: dict[int, dict[int, Call]] = {}
-        """By step and leader the calls that put this node into their groups."""
+        self._calls = Calls(station)
 
     def hear(self, message: Message) -> None:
         """Answer a call whose targets are in range, and watch over it; a claim is not to be answered."""
@@ -34,7 +34,7 @@ class Membership:
             return
         self.note(call)
         if station.range_to_m(call.estimates_m) <= station.knowledge.sensing_range_m and message.kind == CALL:
-            self._note_call(message.source, call)
+            self._calls.note(message.source, call)
             station.node.spawn(self._answer(message, call))
         if tracks := self._watched(call):
             station.node.spawn(self._watch(call, tracks))
@@ -48,8 +48,7 @@ class Membership:
     def note_own(self, call: Call) -> None:
         """This node itself calls."""
         self.note(call)
-        if self._station.range_to_m(call.estimates_m) <= self._station.knowledge.sensing_range_m:
-            self._note_call(self._station.node.id, call)
+        self._calls.note(self._station.node.id, call)
 
     def note(self, call: Call) -> None:
         """Somebody speaks for these tracks, perhaps this node itself."""
@@ -64,15 +63,11 @@ class Membership:
 
     def is_covered(self, step: int) -> bool:
         """Whether a group has called this node at a step."""
-        return bool(self._calls.get(step))
+        return self._calls.any_at(step)
 
     def _is_older(self, call: Call, track: int) -> bool:
         known = self._heard.get(track)
         return known is not None and (known.step, known.turn) > (call.step, call.turn)
-
-    def _note_call(self, leader: int, call: Call) -> None:
-        self._calls = {step: calls for step, calls in self._calls.items() if step >= call.step - 1}
-        self._calls.setdefault(call.step, {})[leader] = call
 
     def _answer(self, message: Message, call: Call) -> Op[None]:
         station, parameters = self._station, self._station.parameters
@@ -80,9 +75,7 @@ class Membership:
         spread_ns = parameters.spread_share * parameters.collect_share * station.step_ns
         yield from station.node.pause(int(station.node.rng("answers").random() * spread_ns))
         if energy is not None:
-            calls = self._calls.get(call.step, {})
-            others = {leader: each for leader, each in calls.items() if leader != message.source}
-            payload = encode_reading(Reading(call.step, energy, sightings(others)))
+            payload = encode_reading(Reading(call.step, energy, self._calls.sighted(call)))
             station.node.send(message.source, READING, payload, causes=[message])
 
     def _watch(self, call: Call, tracks: Collection[int]) -> Op[None]:
@@ -105,12 +98,3 @@ class Membership:
         belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
         rows = call.rows / call.rows.sum(axis=1, keepdims=True)
         return Held(station.step, call.turn + 1, call.tracks, belief, np.asarray(rows))
-
-
-def sightings(calls: Mapping[int, Call]) -> tuple[Sighting, ...]:
-    """The tracks of groups, by their leaders."""
-    return tuple(
-        Sighting(leader, track, *place)
-        for leader, call in sorted(calls.items())
-        for track, place in zip(call.tracks, call.estimates_m.tolist(), strict=True)
-    )

@@ -15,7 +15,7 @@ from netsim.kernels.semiring import FloatArray
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HH")  # leader, track
-_GIVEN = Record("IHBBBHH")  # step, turn, whether it is parted, quiet readings, tracks, targets, particles
+_GIVEN = Record("IHBBBHH")  # step, turn, whether it is parted and has met, quiet readings, tracks, targets, particles
 _TRACK = Record("H")
 _TAKEN = Record("IH")  # step, turn
 _MOST_QUIET = 0xFF
@@ -127,6 +127,7 @@ class Held:
         belief: Where the targets are.
         rows: Identity rows of the tracks, shape (M, targets).
         is_parted: Whether it came from a split, and its groups have collided ever since.
+        has_met: Whether its targets have been within the distance of separation since they were joined.
         quiet: Readings in a row in which no member read a target.
     """
 
@@ -136,6 +137,7 @@ class Held:
     belief: ParticleBelief
     rows: FloatArray
     is_parted: bool = False
+    has_met: bool = False
     quiet: int = 0
 
     @property
@@ -157,7 +159,7 @@ def label_of(tracks: Sequence[int]) -> str:
 def encode_given(held: Held, width: FloatWidth) -> bytes:
     """A group as it is given; its particles have equal weights."""
     count, tracks, _ = held.belief.positions_m.shape
-    flags, quiet = int(held.is_parted), min(held.quiet, _MOST_QUIET)
+    flags, quiet = held.is_parted | held.has_met << 1, min(held.quiet, _MOST_QUIET)
     head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, held.rows.shape[1], count)
     head += b"".join(map(_TRACK.pack, held.tracks)) + encode_floats(held.rows.ravel(), "float64")
     return head + encode_floats(held.belief.positions_m.ravel(), width)
@@ -170,7 +172,7 @@ def decode_given(data: bytes, width: FloatWidth) -> Held:
     end = offset + size_byte(count * targets, "float64")
     rows = decode_floats(data[offset:end], "float64").reshape(count, targets)
     positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
-    return Held(step, turn, tracks, equal_weights(positions_m), rows, bool(flags), quiet)
+    return Held(step, turn, tracks, equal_weights(positions_m), rows, bool(flags & 1), bool(flags & 2), quiet)
 
 
 def encode_taken(held: Held) -> bytes:
