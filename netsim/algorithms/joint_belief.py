@@ -23,7 +23,7 @@ from netsim.kernels.particles import (
 from netsim.kernels.semiring import FloatArray
 from netsim.trace.events import Estimate, Identity, Particles
 
-_MOST_TOLD = 200
+_MOST_TOLD = 1000
 """Particles of a belief that go into the trace: enough to see it, whatever it has."""
 
 
@@ -59,10 +59,12 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
         except ValueError:
             belief = _restarted(station, held, energies, sensors_m)
     _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
+    _tell_particles(station, held.tracks, step, belief)
     is_quiet = not (energies > station.parameters.quiet_sd * model.noise_sd).any()
-    drawn = resample(belief, particles_of(station, len(held.tracks)), station.rng)
-    _tell_particles(station, held.tracks, step, drawn)
-    return replace(held, step=step, belief=drawn, quiet=held.quiet + 1 if is_quiet else 0)
+    count = particles_of(station, len(held.tracks))
+    return replace(
+        held, step=step, belief=resample(belief, count, station.rng), quiet=held.quiet + 1 if is_quiet else 0
+    )
 
 
 def _restarted(station: Station, held: Held, energies: FloatArray, sensors_m: FloatArray) -> ParticleBelief:
@@ -94,7 +96,9 @@ def _tell(station: Station, held: Held, belief: ParticleBelief, between_m2: floa
 
 
 def _tell_particles(station: Station, tracks: Sequence[int], step: int, belief: ParticleBelief) -> None:
-    """A belief of equal weights; systematic resampling leaves copies side by side, of which every n-th is an even choice."""
-    places_m = ordered(belief).positions_m if belief.targets > 1 else belief.positions_m
-    told_m = places_m[:: -(-belief.count // _MOST_TOLD)].swapaxes(0, 1).reshape(-1, 2).astype(np.float32)
-    station.node.record(Particles(station.node.id, step, tracks, belief.count, told_m[:, 0], told_m[:, 1]))
+    """Of many particles an even choice: they are in no order but that copies of one, moved since, stand side by side."""
+    told = named(belief)
+    chosen = slice(None, None, -(-belief.count // _MOST_TOLD))
+    places_m = told.positions_m[chosen].swapaxes(0, 1).reshape(-1, 2).astype(np.float32)
+    weights = told.weights[chosen].astype(np.float32)
+    station.node.record(Particles(station.node.id, step, tracks, belief.count, weights, places_m[:, 0], places_m[:, 1]))

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from netsim.cli.console import counted, say, show
 from netsim.cli.tables import plain_table
 from netsim.cli.track_times import chosen_times_ns, draw
@@ -52,8 +54,9 @@ def _tracks_at(run: TrackRun, times_ns: Sequence[int]) -> list[GroupTrack]:
 
 
 def _spread_m(track: GroupTrack) -> float:
-    """Root of the trace of the particles' covariance."""
-    return math.sqrt(float(track.particles_m.var(axis=0).sum()))
+    """Root of the trace of the particles' covariance, weighted."""
+    offsets_m = track.particles_m - np.average(track.particles_m, axis=0, weights=track.weights)
+    return math.sqrt(float(np.average((offsets_m**2).sum(axis=1), weights=track.weights)))
 
 
 def _print(run: TrackRun, tracks: Sequence[GroupTrack]) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from netsim.kernels.semiring import FloatArray
 from netsim.metrics.tracks import Points
 from netsim.snapshots.load import Cloud, Place, TrackRun
@@ -11,7 +13,7 @@ from netsim.units import s_to_ns
 
 _SPREAD = 4
 """How many instants are looked at where no group was ever joint."""
-_SOON_SHARE, _LATE_SHARE = 0.15, 0.9
+_SOON_SHARE, _LATE_SHARE = 0.15, 0.75
 """Which share of the time after a joint group's end two of the usual instants come."""
 
 
@@ -24,7 +26,8 @@ class GroupTrack:
         told_ns: When its leader last told its particles.
         leader: Who leads.
         mates: The tracks of its group, itself among them; more than one in a joint group.
-        particles_m: Its particles, shape (P, 2).
+        particles_m: Its particles, drawn before its leader's last measurement, shape (P, 2).
+        weights: What the measurement made of them, shape (P,).
         place_m: Its last estimate.
         trail_m: Its estimates so far, in order.
         row: Whom it follows, by target; empty if nobody told.
@@ -35,6 +38,7 @@ class GroupTrack:
     leader: int
     mates: tuple[int, ...]
     particles_m: FloatArray
+    weights: FloatArray
     place_m: Place
     trail_m: Sequence[Place]
     row: tuple[float, ...]
@@ -75,10 +79,12 @@ def _track(run: TrackRun, number: int, cloud: Cloud, time_ns: int) -> GroupTrack
     particles_m = cloud.places_m[cloud.tracks.index(number)]
     guesses = [each.place_m for each in run.guesses if each.track == number and each.time_ns <= time_ns]
     rows = [each.probability for each in run.rows if each.track == number and each.time_ns <= time_ns]
-    x_m, y_m = particles_m.mean(axis=0).tolist()
+    x_m, y_m = np.average(particles_m, axis=0, weights=cloud.weights).tolist()
     place_m = guesses[-1] if guesses else (x_m, y_m)
     row = rows[-1] if rows else ()
-    return GroupTrack(number, cloud.time_ns, cloud.node, cloud.tracks, particles_m, place_m, guesses, row)
+    return GroupTrack(
+        number, cloud.time_ns, cloud.node, cloud.tracks, particles_m, cloud.weights, place_m, guesses, row
+    )
 
 
 def joint_spans_ns(run: TrackRun) -> list[tuple[int, int]]:

@@ -18,7 +18,9 @@ from netsim.snapshots.panel import columns, frame
 _SENSOR: dict[str, Any] = {"marker": "s", "ls": "", "ms": 2.2, "mew": 0}
 _LEADER: dict[str, Any] = {"marker": "s", "ls": "", "ms": 10.0, "mew": 2.0, "mfc": "none"}
 _DOWN: dict[str, Any] = {"marker": "x", "ls": "", "ms": 5, "mew": 1.2, "color": look.DOWN}
-_PARTICLE: dict[str, Any] = {"marker": ".", "ls": "", "ms": 3.0, "mew": 0, "alpha": 0.55}
+_PARTICLE: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.6, "mew": 0, "alpha": 0.6}
+_HEAVIEST_PT2 = 60.0
+"""Area of the particle with the greatest weight; the others' areas are as their weights, unless smaller than a dot."""
 _WRITTEN = 0.12
 """From which probability on a part of a bar holds its number."""
 
@@ -77,6 +79,8 @@ def _draw_sensors(axes: Axes, run: TrackRun, moment: GroupMoment) -> None:
 def _draw_track(axes: Axes, run: TrackRun, track: GroupTrack) -> None:
     colour = look.track_colour(track.number)
     axes.plot(*track.particles_m.T, mfc=colour, zorder=3, **_PARTICLE)
+    areas = _HEAVIEST_PT2 * track.weights / max(float(track.weights.max()), 1e-300)
+    axes.scatter(*track.particles_m.T, s=areas, color=colour, alpha=0.6, lw=0, zorder=4)
     axes.plot(*columns(track.trail_m), color=colour, lw=0.9, marker=".", ms=3.0, mew=0, zorder=5)
     axes.plot(*track.place_m, marker="o", ms=5.5, mfc="white", mec=colour, mew=1.6, ls="", zorder=7)
     if track.leader in run.places_m:
@@ -110,7 +114,7 @@ def group_handles(run: TrackRun, moments: Sequence[GroupMoment]) -> list[Line2D 
     tracks = [track for each in moments for track in each.tracks.values()]
     colour = look.track_colour(0)
     entries: list[tuple[bool, str, dict[str, Any]]] = [
-        (bool(tracks), "particles", {**_PARTICLE, "mfc": colour, "ms": 6, "alpha": 1.0}),
+        (bool(tracks), "particles, larger by weight", {**_PARTICLE, "mfc": colour, "ms": 6, "alpha": 1.0}),
         (bool(tracks), "estimate and its trail", _line(colour, "o", ms=5.5, mfc="white", mew=1.6)),
         (any(each.targets for each in moments), "target and its way", _line(colour, "+", ms=10, mew=2.2)),
         (bool(tracks), "leader", {**_LEADER, "ms": 9, "mec": colour}),

@@ -82,12 +82,14 @@ class Cloud:
         time_ns: When.
         node: The leader.
         tracks: Numbers of the tracks of the group.
-        places_m: Shape (tracks, particles, 2).
+        weights: Of the particles, shape (particles,).
+        places_m: Where they were drawn before the measurement, shape (tracks, particles, 2).
     """
 
     time_ns: int
     node: int
     tracks: tuple[int, ...]
+    weights: FloatArray
     places_m: FloatArray
 
 
@@ -214,7 +216,7 @@ def _take_belief(run: TrackRun, event: Belief, now_ns: int) -> None:
 def _take_particles(run: TrackRun, event: Particles, now_ns: int) -> None:
     tracks = tuple(map(int, event.target))
     places_m = np.column_stack([event.x_m, event.y_m]).astype(float).reshape(len(tracks), -1, 2)
-    run.clouds.append(Cloud(now_ns, event.node, tracks, places_m))
+    run.clouds.append(Cloud(now_ns, event.node, tracks, np.asarray(event.weight, float), places_m))
 
 
 def _take_identity(run: TrackRun, event: Identity, now_ns: int) -> None:

@@ -470,7 +470,10 @@ class Belief:
 
 @dataclass(frozen=True, slots=True)
 class Particles:
-    """A leader's belief of where the targets of a track, or jointly of several tracks, are: particles of equal weight."""
+    """A leader's belief of where the target of a track is, or jointly those of several tracks, after a measurement.
+
+    The particles are where they were drawn before the measurement, and their weights are what it made of them.
+    """
 
     topic: ClassVar[str] = "/particles"
     node: U32
@@ -480,6 +483,8 @@ class Particles:
     """Numbers of the tracks, as in `Estimate.target`."""
     count: U32
     """How many particles the belief has; those told may be an even choice of them."""
+    weight: F32Array
+    """Of each particle told."""
     x_m: F32Array
     """Places by track, for each track those of all particles told."""
     y_m: F32Array
