@@ -1,6 +1,11 @@
 """One step of a group's belief: motion, readings, estimates (Liu et al. 2004, eq 1)."""
 
+<<<<<<< HEAD
 from collections.abc import Mapping, Sequence
+=======
+import json
+from collections.abc import Mapping
+>>>>>>> group8
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +26,17 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
+<<<<<<< HEAD
 from netsim.trace.events import Estimate, Identity, Particles
 
 _MOST_TOLD = 1000
 """Particles of a belief that go into the trace: enough to see it, whatever it has."""
+=======
+from netsim.trace.events import AlgorithmRecord, Estimate, Identity
+
+JOINT = "joint"
+"""Kind of the record of a reading in which a group tracks several targets jointly."""
+>>>>>>> group8
 
 
 def particles_of(station: Station, targets: int) -> int:
@@ -58,6 +70,8 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
             belief = condition(belief, model.log_likelihood(energies, sensors_m, belief.positions_m))
         except ValueError:
             belief = _restarted(station, held, energies, sensors_m)
+    if len(held.tracks) > 1:
+        station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
     _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
     _tell_particles(station, held.tracks, step, belief)
     is_quiet = not (energies > station.parameters.quiet_sd * model.noise_sd).any()

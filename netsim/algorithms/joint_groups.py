@@ -8,16 +8,17 @@ from scipy.optimize import linear_sum_assignment
 
 from netsim.algorithms.joint_messages import Held, Sighting
 from netsim.algorithms.joint_parameters import JointTrackingParameters
-from netsim.api import Circle
+from netsim.api import Circle, Region
 from netsim.kernels.logical_targets import clusters, contiguous_groups, join, order_shares, ordered, separate
 from netsim.kernels.particles import ParticleBelief
 from netsim.kernels.semiring import FloatArray
+from netsim.protocols.regions import Union, covering
 
 
-def cover(places_m: FloatArray, range_m: float) -> Circle:
-    """A disc that holds the discs of a range around some places: their mean, and as far as the farthest of them reaches."""
-    x_m, y_m = places_m.mean(axis=0).tolist()
-    return Circle((x_m, y_m), range_m + float(np.hypot(*(places_m - (x_m, y_m)).T).max()))
+def cover(places_m: FloatArray, range_m: float) -> Region:
+    """A shape that holds the discs of a range around some places, as tight as one can be sent to."""
+    discs = [Circle((x_m, y_m), range_m) for x_m, y_m in places_m.tolist()]
+    return discs[0] if len(discs) == 1 else covering(Union(tuple(discs))) or discs[0]
 
 
 def is_joint(parameters: JointTrackingParameters, held: Held, places_m: FloatArray, other: Sighting) -> bool:

@@ -8,6 +8,7 @@ from typing import Any, Final
 from netsim.errors import ScenarioError
 from netsim.metrics.definitions import (
     centralised,
+    collaboration,
     communication,
     energy,
     event_association,
@@ -42,6 +43,7 @@ _GROUPS = (
     event_association,
     tracking,
     leaders,
+    collaboration,
     centralised,
     communication,
     energy,

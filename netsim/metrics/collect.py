@@ -5,6 +5,7 @@ from typing import Any
 
 from netsim.metrics.budgets import Budgets
 from netsim.metrics.clocks import Clocks
+from netsim.metrics.collaboration import Collaboration
 from netsim.metrics.energy import Energy
 from netsim.metrics.event_association import PairError
 from netsim.metrics.faults import Faults
@@ -49,6 +50,7 @@ class Metrics:
             Beliefs(),
             Handoffs(),
             Leaders(),
+            Collaboration(),
             Fusion(),
             Table2(),
             Traffic(),

@@ -34,7 +34,8 @@ class JointRun:
         return [event.kind for _, event in self.of(AlgorithmRecord) if event.kind in ("merge", "split")]
 
     def parts(self):
-        return [json.loads(event.fields_json)["parts"] for _, event in self.of(AlgorithmRecord)]
+        records = [event for _, event in self.of(AlgorithmRecord) if event.kind in ("merge", "split")]
+        return [json.loads(event.fields_json)["parts"] for event in records]
 
     def crashes(self):
         return [event for _, event in self.of(NodeLife) if event.event == "crashed"]

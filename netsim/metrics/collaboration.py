@@ -1,0 +1,167 @@
+"""Collaboration groups: how far members are from their leaders, when groups are joint, and how many lead a track at once.
+
+Tracking by groups of sensors whose readings come at fixed instants (Liu, Chu, Liu, Reich, Zhao 2004). A node leads track N
+while it holds the role `leader N`; one that is down leads nothing.
+"""
+
+import json
+import math
+from collections import defaultdict
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from netsim.metrics.tracks import TargetTruth, as_array
+from netsim.trace.events import (
+    AlgorithmRecord,
+    EnergyLedger,
+    Estimate,
+    MessageSent,
+    NodeLife,
+    NodePositions,
+    NodeTable,
+    Problem,
+    Role,
+    TruthTargets,
+)
+from netsim.trace.recorder import Handler
+from netsim.units import NS_PER_S, s_to_ns
+
+REPORT_KIND: Final = "reading"
+"""Kind of the messages in which members tell their leader what they read."""
+_ROLE: Final = "leader "
+
+
+class Collaboration:
+    """Follows the groups of a run of energy tracking."""
+
+    def __init__(self) -> None:
+        self._reading_ns = 0
+        self._truth = TargetTruth()
+        self._places_m: dict[int, tuple[float, float]] = {}
+        self._distances_m: list[float] = []
+        self._estimates: defaultdict[int, dict[int, tuple[float, float]]] = defaultdict(dict)
+        self._joint_steps: set[int] = set()
+        self._changes = {"merge": 0, "split": 0}
+        self._leaders = TrackLeaders()
+
+    def handlers(self) -> Mapping[type[Any], Handler]:
+        """See `Observer.handlers`."""
+        return {
+            Problem: self._on_problem,
+            NodeTable: self._on_places,
+            NodePositions: self._on_places,
+            TruthTargets: self._truth.add,
+            Estimate: self._on_estimate,
+            MessageSent: self._on_sent,
+            AlgorithmRecord: self._on_record,
+            Role: self._leaders.on_role,
+            NodeLife: self._leaders.on_life,
+            EnergyLedger: self._leaders.on_end,
+        }
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics; empty for other problems, and where nobody estimated anything."""
+        if not self._reading_ns or not self._estimates:
+            return {}
+        count = len(self._distances_m)
+        errors_m = self._errors_m()
+        return {
+            "reading_error_mean_m": math.fsum(errors_m) / len(errors_m) if errors_m else None,
+            "reports": count,
+            "report_distance_sum_m": math.fsum(self._distances_m),
+            "report_distance_mean_m": math.fsum(self._distances_m) / count if count else None,
+            "group_merges": self._changes["merge"],
+            "group_splits": self._changes["split"],
+            "joint_readings_share": len(self._joint_steps & self._estimates.keys()) / len(self._estimates),
+        } | self._leaders.figures()
+
+    def _errors_m(self) -> list[float]:
+        """Of each reading the distances of estimates from the targets as they then were, in the best assignment."""
+        found: list[float] = []
+        for step, told in sorted(self._estimates.items()):
+            there = self._truth.at(step * self._reading_ns)
+            if there:
+                offsets_m = as_array(told.values())[:, None] - as_array(there.values())
+                distance_m = np.hypot(offsets_m[..., 0], offsets_m[..., 1])
+                found.extend(distance_m[linear_sum_assignment(distance_m)].tolist())
+        return found
+
+    def _on_problem(self, event: Problem, _: int) -> None:
+        if event.kind == "energy-tracking":
+            self._reading_ns = s_to_ns(json.loads(event.content_json)["reading_s"])
+
+    def _on_places(self, event: NodeTable | NodePositions, _: int) -> None:
+        places_m = zip(map(float, event.x_m), map(float, event.y_m), strict=True)
+        self._places_m.update(zip(map(int, event.node), places_m, strict=True))
+
+    def _on_estimate(self, event: Estimate, now_ns: int) -> None:
+        if self._reading_ns and math.isfinite(event.x_m) and math.isfinite(event.y_m):
+            self._estimates[now_ns // self._reading_ns][event.target] = event.x_m, event.y_m
+
+    def _on_sent(self, event: MessageSent, _: int) -> None:
+        if event.kind == REPORT_KIND and event.destination in self._places_m:
+            self._distances_m.append(math.dist(self._places_m[event.source], self._places_m[event.destination]))
+
+    def _on_record(self, event: AlgorithmRecord, now_ns: int) -> None:
+        if event.kind in self._changes:
+            self._changes[event.kind] += 1
+        elif event.kind == "joint" and self._reading_ns:
+            self._joint_steps.add(now_ns // self._reading_ns)
+
+
+class TrackLeaders:
+    """Who leads which track: changes, and times with two leaders or more."""
+
+    def __init__(self) -> None:
+        self._holders: defaultdict[str, set[int]] = defaultdict(set)
+        self._last: dict[str, int] = {}
+        self._since_ns: dict[str, int] = {}
+        self._doubled_s: list[float] = []
+        self._changes = 0
+
+    def figures(self) -> dict[str, Any]:
+        """The metrics."""
+        return {
+            "track_leader_changes": self._changes,
+            "track_two_leaders_s": math.fsum(self._doubled_s),
+            "track_two_leaders_longest_s": max(self._doubled_s, default=0.0),
+        }
+
+    def on_role(self, event: Role, now_ns: int) -> None:
+        """A node takes or leaves a track."""
+        if not event.role.startswith(_ROLE):
+            return
+        if event.holds:
+            self._holders[event.role].add(event.node)
+            self._changes += self._last.get(event.role, event.node) != event.node
+            self._last[event.role] = event.node
+        else:
+            self._holders[event.role].discard(event.node)
+        self._count(event.role, now_ns)
+
+    def on_life(self, event: NodeLife, now_ns: int) -> None:
+        """A node that is down leads nothing."""
+        if event.event in ("started", "rebooted"):
+            return
+        for role in [role for role, nodes in self._holders.items() if event.node in nodes]:
+            self._holders[role].discard(event.node)
+            self._count(role, now_ns)
+
+    def on_end(self, _: EnergyLedger, now_ns: int) -> None:
+        """What still goes on ends with the run."""
+        for role in list(self._since_ns):
+            self._end(role, now_ns)
+
+    def _count(self, role: str, now_ns: int) -> None:
+        if len(self._holders[role]) > 1:
+            self._since_ns.setdefault(role, now_ns)
+        elif role in self._since_ns:
+            self._end(role, now_ns)
+
+    def _end(self, role: str, now_ns: int) -> None:
+        length_ns = now_ns - self._since_ns.pop(role)
+        if length_ns > 0:
+            self._doubled_s.append(length_ns / NS_PER_S)

@@ -1,0 +1,178 @@
+"""Leaders and members on a bench: sensors in a row, a metre apart, whose targets stand still."""
+
+from collections import defaultdict
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from netsim.algorithms.joint_parameters import JointTrackingParameters
+from netsim.algorithms.joint_tracking import JointTracking
+from netsim.kernels.energy_sensing import EnergyModel, amplitude_for
+from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
+from netsim.testing import DROP, ScriptedMedium, duplicate, rule, run_algorithm
+from netsim.trace.events import Estimate, Log, Role
+from netsim.units import NS_PER_S
+
+NODES, RANGE_M = 12, 3.0
+TRUE = EnergyModel(amplitude_for(RANGE_M, 1.0), 1.0, 0.7)
+
+
+def bench(targets_m, starts, *rules, duration_s=12.0, observe=None, **settings):
+    """A run with targets at places (x, 0), and tracks that nodes are told: (node, track, x)."""
+
+    def knowledge(node):
+        told = [TrackStart(track, (x_m, 0.0), 1.0, 1) for at, track, x_m in starts if at == node]
+        return EnergyTrackingKnowledge(
+            has_sensor=True,
+            sensors_m={each: (float(each), 0.0) for each in range(NODES)},
+            model=EnergyModel(TRUE.amplitude, 2.0, TRUE.saturation_m),
+            sensing_range_m=RANGE_M,
+            reading_s=1.0,
+            max_speed_m_per_s=1.5,
+            targets=2,
+            starts=tuple(told),
+        )
+
+    def read(node):
+        return TRUE.mean(np.array([[float(node), 0.0]]), np.array([(x_m, 0.0) for x_m in targets_m]).reshape(-1, 2))
+
+    parameters = JointTrackingParameters(**({"migrate_m": 0.6, "separate_m": 3.0} | settings))
+    return run_algorithm(
+        JointTracking,
+        NODES,
+        knowledge=knowledge,
+        observe=observe or read,
+        medium=ScriptedMedium(rules),
+        duration_s=duration_s,
+        parameters=parameters,
+    )
+
+
+def leaders(run):
+    """Of each track its leaders, with the times in s since when."""
+    holders, found = defaultdict(set), defaultdict(list)
+    for time_ns, event in run.of(Role):
+        track = int(event.role.split()[1])
+        (holders[track].add if event.holds else holders[track].discard)(event.node)
+        found[track].append((time_ns / NS_PER_S, sorted(holders[track])))
+    return found
+
+
+def longest_with_two_s(run, track):
+    turns = [*leaders(run)[track], (run.end_ns / NS_PER_S, [])]
+    return max((b - a for (a, nodes), (b, _) in pairwise(turns) if len(nodes) > 1), default=0.0)
+
+
+def logs(run, words):
+    return [event.message for _, event in run.of(Log) if words in event.message]
+
+
+def test_a_belief_moves_to_the_sensor_nearest_to_its_target():
+    run = bench([4.2], [(2, 0, 3.5)])
+    assert not run.failures
+    assert leaders(run)[0][-1][1] == [4]
+    assert longest_with_two_s(run, 0) < 0.01
+    errors_m = [np.hypot(event.x_m - 4.2, event.y_m) for _, event in run.of(Estimate)]
+    assert len(errors_m) == 11
+    assert np.mean(errors_m) < 0.7
+
+
+@pytest.mark.parametrize("lost", ["taken", "given"])
+def test_what_is_lost_once_on_the_way_to_a_new_leader_is_repeated(lost):
+    run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind=lost, counts={0}))
+    assert leaders(run)[0][-1][1] == [4]
+    assert longest_with_two_s(run, 0) < 0.3
+
+
+def test_of_two_leaders_for_want_of_confirmation_one_gives_way_within_a_reading():
+    run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="taken", destination=2))
+    assert logs(run, "does not confirm")
+    assert len(leaders(run)[0][-1][1]) == 1
+    assert longest_with_two_s(run, 0) < 1.2
+    assert not run.failures
+
+
+def test_a_new_leader_that_cannot_be_reached_is_passed_over():
+    run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="given", destination=4))
+    assert leaders(run)[0][-1][1] in ([3], [5])
+    assert longest_with_two_s(run, 0) < 0.01
+
+
+def test_a_group_that_arrives_twice_is_led_once():
+    run = bench([4.2], [(2, 0, 3.5)], rule(duplicate(0.05), kind="given"))
+    twice = bench([4.2], [(2, 0, 3.5)], rule(duplicate(2.5), kind="given"))
+    for each in (run, twice):
+        roles = [event.node for _, event in each.of(Role) if event.holds]
+        assert len(roles) == len(set(roles)), "each node takes the role once"
+        assert leaders(each)[0][-1][1] == [4]
+
+
+def test_calls_that_are_lost_leave_the_leader_alone_with_its_own_reading():
+    run = bench([4.2], [(4, 0, 4.2)], rule(DROP, kind="call", until_s=1.5))
+    assert [time_ns // NS_PER_S for time_ns, _ in run.of(Estimate)] == list(range(1, 12))
+    assert not logs(run, "taking over")
+
+
+def test_a_leader_that_is_not_heard_is_replaced_once_and_gives_way_when_it_is_heard_again():
+    silent = [rule(DROP, kind=kind, source=4, from_s=2.5, until_s=6.5) for kind in ("call", "reading")]
+    deaf = rule(DROP, destination=4, from_s=2.5, until_s=6.5)
+    run = bench([4.2], [(4, 0, 4.2)], *silent, deaf)
+    assert len(logs(run, "taking over")) == 1, "the claim keeps the others from it"
+    assert logs(run, "giving way")
+    assert len(leaders(run)[0][-1][1]) == 1
+    assert leaders(run)[0][-1][0] < 7.2
+
+
+def test_two_groups_that_collide_merge_and_one_node_leads_both_tracks():
+    run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)])
+    final = {track: turns[-1][1] for track, turns in leaders(run).items()}
+    assert final[0] == final[1]
+    assert len(final[0]) == 1
+    last = {event.target: event.x_m for _, event in run.of(Estimate)}
+    assert sorted(last.values()) == pytest.approx([4.0, 6.0], abs=1.0)
+
+
+def test_of_a_joint_group_of_two_leaders_none_loses_a_track_that_only_it_leads():
+    """Track 1's leader never learns that its group was taken in and goes on with it; track 0 is led all the same."""
+    run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)], rule(DROP, kind="taken", destination=6))
+    final = {track: turns[-1][1] for track, turns in leaders(run).items()}
+    assert all(len(nodes) == 1 for nodes in final.values())
+    seen = {event.target for time_ns, event in run.of(Estimate) if time_ns > 10 * NS_PER_S}
+    assert seen == {0, 1}
+
+
+def test_a_track_whose_target_is_gone_ends_and_nobody_takes_it_over():
+    run = bench([], [(4, 0, 4.2)])
+    assert logs(run, "ending") == ["track 0: nobody has read a target for 3 readings: ending"]
+    assert leaders(run)[0][-1][1] == []
+    assert not logs(run, "taking over")
+
+
+def test_readings_that_nothing_explains_begin_the_belief_anew_around_the_loudest_member():
+    """A reading of infinity has no likelihood anywhere; the estimates come back once the sensor is well."""
+    count = defaultdict(int)
+
+    def broken(node):
+        count[node] += 1
+        if node == 5 and count[node] == 3:
+            return np.array([np.inf])
+        return TRUE.mean(np.array([[float(node), 0.0]]), np.array([[4.2, 0.0]]))
+
+    run = bench([], [(4, 0, 4.2)], observe=broken)
+    assert len(logs(run, "lost, no particle explains the readings")) == 1
+    assert not run.failures
+    _, last = run.of(Estimate)[-1]
+    assert np.hypot(last.x_m - 4.2, last.y_m) < 1.5
+
+
+def test_one_run_is_like_another():
+    one, other = bench([4.2], [(2, 0, 3.5)]), bench([4.2], [(2, 0, 3.5)])
+    assert one.events == other.events
+
+
+@pytest.mark.parametrize("payload", ["float16", "float64"])
+def test_the_width_of_numbers_on_the_air_changes_little(payload):
+    run = bench([4.2], [(2, 0, 3.5)], payload=payload)
+    errors_m = [np.hypot(event.x_m - 4.2, event.y_m) for _, event in run.of(Estimate)]
+    assert np.mean(errors_m) < 0.7
