@@ -1,11 +1,7 @@
 """One step of a group's belief: motion, readings, estimates (Liu et al. 2004, eq 1)."""
 
-<<<<<<< HEAD
-from collections.abc import Mapping, Sequence
-=======
 import json
-from collections.abc import Mapping
->>>>>>> group8
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,17 +22,12 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
-<<<<<<< HEAD
-from netsim.trace.events import Estimate, Identity, Particles
-
-_MOST_TOLD = 1000
-"""Particles of a belief that go into the trace: enough to see it, whatever it has."""
-=======
-from netsim.trace.events import AlgorithmRecord, Estimate, Identity
+from netsim.trace.events import AlgorithmRecord, Estimate, Identity, Particles
 
 JOINT = "joint"
 """Kind of the record of a reading in which a group tracks several targets jointly."""
->>>>>>> group8
+_MOST_TOLD = 1000
+"""Particles of a belief that go into the trace: enough to see it, whatever it has."""
 
 
 def particles_of(station: Station, targets: int) -> int:
