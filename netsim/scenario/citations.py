@@ -179,6 +179,7 @@ NAMES: Final[Mapping[type[Any], str]] = {
     tracking.AcousticTarget: "sound-source",
     tracking.AssumedAmplitude: "amplitude",
     tracking.AssumedBearing: "bearing",
+    energy_tracking.EnergyTarget: "energy-source",
     sound.MicrophoneArray: "microphones",
     modulation.OQpsk: "o-qpsk",
     modulation.NcFsk: "nc-fsk",
