@@ -40,7 +40,7 @@ def joined(held: Held, other: Held, particles: int, rng: np.random.Generator) ->
         turn=max(held.turn, other.turn) + 1,
         tracks=tuple(sorted((*held.tracks, *other.tracks))),
         belief=replace(belief, positions_m=belief.positions_m[:, order]),
-        rows=np.concatenate([held.rows, other.rows])[order],
+        known=held.known.reconciled(other.known),
     )
 
 
@@ -70,8 +70,8 @@ def parts_of(
     beliefs = separate(held.belief, sizes, rng, [particles(size) for size in sizes])
     shares = order_shares(held.belief)
     _, component = linear_sum_assignment(shares, maximize=True)
-    mixing = shares if parameters.mixing == "particles" else np.full_like(shares, 1.0 / len(shares))
-    rows = mixing @ held.rows
+    by_track = shares[np.argsort(component)] if parameters.mixing == "particles" else None
+    known = held.known.met(held.tracks, by_track)
     found, begin = [], 0
     for size, belief in zip(sizes, beliefs, strict=True):
         logical = sorted(range(begin, begin + size), key=lambda target: held.tracks[component[target]])
@@ -83,7 +83,7 @@ def parts_of(
                 belief=replace(
                     belief, positions_m=belief.positions_m[:, [target - begin + size for target in logical]]
                 ),
-                rows=rows[logical],
+                known=known,
                 is_parted=True,
                 has_met=False,
             )
@@ -102,7 +102,6 @@ def kept(held: Held, tracks: Collection[int]) -> Held | None:
         held,
         tracks=tuple(held.tracks[index] for index in left),
         belief=ParticleBelief(held.belief.positions_m[:, left], held.belief.log_weights),
-        rows=held.rows[left],
     )
 
 

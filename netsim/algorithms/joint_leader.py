@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from netsim.algorithms.decay_factors import charge
+from netsim.algorithms.joint_acquaintances import Place
 from netsim.algorithms.joint_belief import operations, particles_of, updated
 from netsim.algorithms.joint_book import Calls, Readings, Turns, call_of
 from netsim.algorithms.joint_giving import give
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, parts_of, places_of
+from netsim.algorithms.joint_identity import Identities
 from netsim.algorithms.joint_messages import (
     Call,
     Held,
@@ -38,10 +40,11 @@ class Leading:
     Args:
         station: The node.
         on_call: Told of every call of this node.
+        identities: Told who is led here, and asked who is who.
     """
 
-    def __init__(self, station: Station, on_call: Callable[[Call], None]) -> None:
-        self._station, self._on_call = station, on_call
+    def __init__(self, station: Station, on_call: Callable[[Call], None], identities: Identities) -> None:
+        self._station, self._on_call, self._identities = station, on_call, identities
         self._groups: dict[int, Held] = {}
         self._leaving: set[int] = set()
         """Places of groups that are being given away."""
@@ -63,6 +66,7 @@ class Leading:
         self._turns.note(held.tracks, held.turn, self._station.node.id)
         place, self._next = self._next, self._next + 1
         self._groups[place] = held
+        self._identities.lead(held)
         self._tell_role(held.tracks, 1)
         self._station.node.spawn(self._lead(place))
         return place
@@ -70,6 +74,7 @@ class Leading:
     def claim(self, held: Held) -> None:
         """Lead a group that nobody gave, and say so at once to all whom that concerns."""
         self.begin(held)
+        self._identities.recover(held)
         places_m = places_of(held)
         call = call_of(held, held.step, places_m)
         self._on_call(call)
@@ -87,6 +92,8 @@ class Leading:
             if (held.turn, -self._station.node.id) < (call.turn, -message.source):
                 self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
                 self._lose(place, call.tracks)
+                common = sorted(set(held.tracks) & set(call.tracks))
+                self._identities.leave(common, Place(call.turn, message.source))
             elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
                 word = encode_call(call_of(held, held.step, places_of(held)))
                 self._station.node.send(message.source, CLAIM, word, causes=[message])
@@ -124,14 +131,20 @@ class Leading:
             yield from station.node.pause_until(station.time_ns(step))
             if place not in self._groups:
                 return
-            readings = yield from self._collected(self._groups[place], step)
+            readings = yield from self._collected(self._fresh(place), step)
             if place not in self._groups:
                 return
             yield from charge(station.node, operations(len(readings), self._groups[place].belief))
             if place not in self._groups:
                 return
-            self._groups[place] = updated(station, self._groups[place], step, readings)
+            self._groups[place] = updated(station, self._fresh(place), step, readings)
+            self._identities.classify(self._groups[place])
             yield from self._decide(place, {other for reading in readings.values() for other in reading.others})
+
+    def _fresh(self, place: int) -> Held:
+        """A group with what is known of its identities now."""
+        held = self._groups[place] = self._identities.fresh(self._groups[place])
+        return held
 
     def _collected(self, held: Held, step: int) -> Op[Mapping[int, Reading]]:
         """Call the group, and take what its members tell until the time for that is over; this node's own among it."""
@@ -173,6 +186,7 @@ class Leading:
         self._say(END, call_of(held, held.step, places_of(held)))
         self._station.node.log(f"{held.label}: nobody has read a target for {held.quiet} readings: ending")
         self._lose(place, held.tracks)
+        self._identities.leave(held.tracks)
 
     def _host(self, held: Held, near: Sequence[Sighting]) -> int | None:
         """The leader to whom this group is to be given: of those that are to be joint, the one of the lowest track stays."""
@@ -181,7 +195,7 @@ class Leading:
 
     def _given(self, place: int, receiver: int) -> Op[bool]:
         """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered."""
-        held = self._groups[place]
+        held = self._fresh(place)
         self._leaving.add(place)
         is_taken = yield from give(self._station, held, receiver)
         self._leaving.discard(place)
@@ -189,8 +203,10 @@ class Leading:
             return True
         if is_taken:
             self._lose(place, held.tracks)
+            self._identities.leave(held.tracks, Place(held.turn + 1, receiver), held.known)
         else:
             self._groups[place] = replace(self._groups[place], turn=held.turn + 2)
+            self._identities.lead(self._groups[place])
         return is_taken
 
     def _join_own(self, place: int) -> bool:
@@ -217,10 +233,12 @@ class Leading:
         return any(is_joint(self._station.parameters, held, places_m, one) for one in near)
 
     def _merge(self, place: int, other: int) -> None:
-        station, held, each = self._station, self._groups[place], self._groups.pop(other)
+        station, held, each = self._station, self._fresh(place), self._fresh(other)
+        del self._groups[other]
         both = joined(held, each, station.parameters.joint_particles, station.rng)
         self._turns.note(both.tracks, both.turn, station.node.id)
         self._groups[place] = both
+        self._identities.lead(both)
         self._tell_change(MERGE, [held, each])
 
     def _split(self, place: int) -> Op[None]:
@@ -228,7 +246,7 @@ class Leading:
         station = self._station
         parts = parts_of(
             station.parameters,
-            self._groups[place],
+            self._fresh(place),
             station.knowledge.sensing_range_m,
             lambda targets: particles_of(station, targets),
             station.rng,
@@ -239,6 +257,7 @@ class Leading:
         parts.sort(key=lambda part: station.range_to_m(places_of(part)))
         self._tell_change(SPLIT, parts)
         self._groups[place] = parts[0]
+        self._identities.meet(parts[0])
         for part in parts[1:]:
             yield from self._sent_off(part)
 
@@ -246,8 +265,10 @@ class Leading:
         """Give a part to the sensor nearest to it, or go on with it here."""
         station = self._station
         self._tell_role(part.tracks, 0)
-        receiver = station.knowledge.nearest(_centre(part))[0]
-        if receiver == station.node.id or not (yield from give(station, part, receiver)):
+        receiver, part = station.knowledge.nearest(_centre(part))[0], self._identities.fresh(part)
+        if receiver != station.node.id and (yield from give(station, part, receiver)):
+            self._identities.leave(part.tracks, Place(part.turn + 1, receiver), part.known)
+        else:
             self.take(replace(part, turn=part.turn + 2))
 
     def _migrate(self, place: int) -> Op[None]:

@@ -96,5 +96,4 @@ class Membership:
         elapsed = station.step - call.step + 1  # a call's estimates are a step old
         spread_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * elapsed
         belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
-        rows = call.rows / call.rows.sum(axis=1, keepdims=True)
-        return Held(station.step, call.turn + 1, call.tracks, belief, np.asarray(rows))
+        return Held(station.step, call.turn + 1, call.tracks, belief, call.known.recovered())

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_identity_messages import decode_acquaintances, encode_acquaintances
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.kernels.particles import ParticleBelief, equal_weights
 from netsim.kernels.semiring import FloatArray
@@ -15,7 +17,7 @@ from netsim.kernels.semiring import FloatArray
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HH")  # leader, track
-_GIVEN = Record("IHBBBHH")  # step, turn, whether it is parted and has met, quiet readings, tracks, targets, particles
+_GIVEN = Record("IHBBBH")  # step, turn, whether it is parted and has met, quiet readings, tracks, particles
 _TRACK = Record("H")
 _TAKEN = Record("IH")  # step, turn
 _MOST_QUIET = 0xFF
@@ -30,20 +32,20 @@ class Call:
         turn: How often the group's leader has changed.
         tracks: The group's tracks, ascending.
         estimates_m: Where they were a step ago, shape (M, 2).
-        rows: Identity rows of the tracks, shape (M, targets).
+        known: What the leader knows of identities, as hearsay, for who takes over without being given anything.
     """
 
     step: int
     turn: int
     tracks: tuple[int, ...]
     estimates_m: FloatArray
-    rows: FloatArray
+    known: Acquaintances
 
 
 def encode_call(call: Call) -> bytes:
     """A call as it goes over the air; estimates and rows as float32."""
     head = _CALL.pack(call.step, call.turn, len(call.tracks)) + b"".join(map(_TRACK.pack, call.tracks))
-    return head + encode_floats(call.estimates_m.ravel(), "float32") + encode_floats(call.rows.ravel(), "float32")
+    return head + encode_floats(call.estimates_m.ravel(), "float32") + encode_acquaintances(call.known, "float32")
 
 
 def decode_call(data: bytes) -> Call:
@@ -52,7 +54,7 @@ def decode_call(data: bytes) -> Call:
     tracks, offset = _tracks(data, _CALL.size_byte, count)
     end = offset + size_byte(2 * count, "float32")
     estimates_m = decode_floats(data[offset:end], "float32").reshape(count, 2)
-    return Call(step, turn, tracks, estimates_m, decode_floats(data[end:], "float32").reshape(count, -1))
+    return Call(step, turn, tracks, estimates_m, decode_acquaintances(data, end, "float32")[0])
 
 
 def _tracks(data: bytes, offset: int, count: int) -> tuple[tuple[int, ...], int]:
@@ -125,7 +127,7 @@ class Held:
         turn: How often its leader has changed.
         tracks: Its tracks; the belief's targets in this order.
         belief: Where the targets are.
-        rows: Identity rows of the tracks, shape (M, targets).
+        known: What is known of identities, of its tracks and those that they are acquainted with.
         is_parted: Whether it came from a split, and its groups have collided ever since.
         has_met: Whether its targets have been within the distance of separation since they were joined.
         quiet: Readings in a row in which no member read a target.
@@ -135,10 +137,15 @@ class Held:
     turn: int
     tracks: tuple[int, ...]
     belief: ParticleBelief
-    rows: FloatArray
+    known: Acquaintances
     is_parted: bool = False
     has_met: bool = False
     quiet: int = 0
+
+    @property
+    def rows(self) -> FloatArray:
+        """Identity rows of the tracks, shape (M, targets)."""
+        return np.stack([self.known.row(track) for track in self.tracks])
 
     @property
     def name(self) -> int:
@@ -160,28 +167,21 @@ def encode_given(held: Held, width: FloatWidth) -> bytes:
     """A group as it is given; its particles have equal weights."""
     count, tracks, _ = held.belief.positions_m.shape
     flags, quiet = held.is_parted | held.has_met << 1, min(held.quiet, _MOST_QUIET)
-    head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, held.rows.shape[1], count)
-    head += b"".join(map(_TRACK.pack, held.tracks)) + encode_floats(held.rows.ravel(), "float64")
+    head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, count)
+    head += b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known)
     return head + encode_floats(held.belief.positions_m.ravel(), width)
 
 
 def decode_given(data: bytes, width: FloatWidth) -> Held:
     """The inverse of `encode_given`."""
-    step, turn, flags, quiet, count, targets, particles = _GIVEN.unpack(data)
+    step, turn, flags, quiet, count, particles = _GIVEN.unpack(data)
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
-    end = offset + size_byte(count * targets, "float64")
-    rows = decode_floats(data[offset:end], "float64").reshape(count, targets)
+    known, end = decode_acquaintances(data, offset)
     positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
-    return Held(step, turn, tracks, equal_weights(positions_m), rows, bool(flags & 1), bool(flags & 2), quiet)
+    is_parted, has_met = bool(flags & 1), bool(flags >> 1)
+    return Held(step, turn, tracks, equal_weights(positions_m), known, is_parted, has_met, quiet)
 
 
 def encode_taken(held: Held) -> bytes:
     """The confirmation of a group that was given."""
     return _TAKEN.pack(held.step, held.turn) + b"".join(map(_TRACK.pack, held.tracks))
-
-
-def one_hot(tracks: Sequence[int], targets: int) -> FloatArray:
-    """Identity rows of tracks that are what they are called."""
-    rows = np.zeros((len(tracks), targets))
-    rows[np.arange(len(tracks)), list(tracks)] = 1.0
-    return rows

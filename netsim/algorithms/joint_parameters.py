@@ -53,3 +53,18 @@ class JointTrackingParameters:
     """Precision of particles and readings on the air."""
     classify_above: Probability = 0.8
     """Confidence from which on a classification counts as evidence of identity."""
+    classify_every_steps: Annotated[int, Ge(0)] = 1
+    """A leader whose track is not sure who it is looks at what its sensor tells of classes every so many readings; 0: never.
+    That takes a reading of its own. Only sensors of a problem with `spectrum_bins` or `labels` tell anything."""
+    tell_change: Probability = 0.01
+    """Evidence is collected until it changes the track's identity by so much; then the track's acquaintances are told."""
+    location: Literal["forwarding", "rendezvous"] = "forwarding"
+    """How leaders that are acquainted find each other after tracks have changed hands. `forwarding`: a former leader passes
+    words on to whom it gave the track. `rendezvous`: the sensor nearest to a place that follows from the track's number
+    is told of every new leader, and asked."""
+    tell_attempts: PositiveInt = 3
+    """How often in a row a word on identities is sent to a leader that does not confirm it."""
+    tell_s: Positive = 0.3
+    """How long its confirmation is waited for."""
+    tell_rounds: PositiveInt = 5
+    """After so many rows of attempts, one a reading, the leader is given up."""

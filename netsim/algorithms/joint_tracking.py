@@ -4,15 +4,22 @@ A node may lead groups, and is a member of those whose leaders' calls reach it w
 group is where its targets are (a geographically constrained group), and forms anew with every call.
 """
 
+import numpy as np
+
+from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_identity import WORD, Identities
 from netsim.algorithms.joint_leader import Leading
+from netsim.algorithms.joint_location import LOCATE, REGISTER
 from netsim.algorithms.joint_member import Membership
-from netsim.algorithms.joint_messages import Held, decode_given, encode_taken, one_hot
+from netsim.algorithms.joint_messages import Held, decode_given, encode_taken
 from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.algorithms.joint_station import CALL, CLAIM, END, GIVEN, READING, TAKEN, Station
 from netsim.api import Message, NodeHandle, Op
 from netsim.errors import AlgorithmError
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.kernels.particles import uniform_disc
+
+_HEEDED = {CALL, CLAIM, END, GIVEN, READING, WORD, REGISTER, LOCATE}
 
 
 class JointTracking:
@@ -36,7 +43,8 @@ class _Tracker:
 
     def __init__(self, station: Station) -> None:
         self._station = station
-        self._leading = Leading(station, lambda call: self._membership.note_own(call))
+        self._identities = Identities(station)
+        self._leading = Leading(station, lambda call: self._membership.note_own(call), self._identities)
         self._membership = Membership(station, self._leading.claim)
 
     def run(self) -> Op[None]:
@@ -44,7 +52,7 @@ class _Tracker:
         for start in self._station.knowledge.starts:
             node.spawn(self._start(start))
         while True:
-            message = yield from node.receive(kinds={CALL, CLAIM, END, GIVEN, READING})
+            message = yield from node.receive(kinds=_HEEDED)
             if message is not None:
                 self._heed(message)
 
@@ -56,8 +64,9 @@ class _Tracker:
             return
         yield from station.node.pause_until(station.time_ns(start.step) - 1)
         belief = uniform_disc(start.place_m, start.spread_m, station.parameters.particles, station.rng)
-        rows = one_hot((start.track,), station.knowledge.targets)
-        self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, rows))
+        row = np.eye(station.knowledge.targets)[start.track]
+        known = Acquaintances.alone(start.track, row, Place(0, station.node.id))
+        self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, known))
 
     def _heed(self, message: Message) -> None:
         if message.kind in (CALL, CLAIM):
@@ -67,6 +76,10 @@ class _Tracker:
             self._leading.note_reading(message)
         elif message.kind == END:
             self._membership.forget(message)
+        elif message.kind == WORD:
+            self._identities.hear(message)
+        elif message.kind in (REGISTER, LOCATE):
+            self._identities.whereabouts.serve(message)
         else:
             self._take(message)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from netsim.kernels.energy_sensing import EnergyModel
 from netsim.kernels.semiring import FloatArray
+from netsim.kernels.vehicle_labels import VehicleLabels
 
 PointM = tuple[float, float]
 
@@ -41,6 +42,7 @@ class EnergyTrackingKnowledge:
         max_speed_m_per_s: Greatest speed of a target that is assumed.
         targets: How many targets there are.
         starts: Tracks that this node begins.
+        labels: How what sensors read besides the energy tells classes of targets; None where they read nothing else.
     """
 
     has_sensor: bool
@@ -51,6 +53,7 @@ class EnergyTrackingKnowledge:
     max_speed_m_per_s: float
     targets: int
     starts: tuple[TrackStart, ...] = ()
+    labels: VehicleLabels | None = None
 
     def nearest(self, place_m: PointM, without: Iterable[int] = ()) -> list[int]:
         """Nodes with a sensor, the nearest to a place first; of equals the lower id."""

@@ -11,6 +11,7 @@ from netsim.metrics.event_association import PairError
 from netsim.metrics.faults import Faults
 from netsim.metrics.flow import Waking
 from netsim.metrics.fusion import Fusion
+from netsim.metrics.identities import IdentityWords
 from netsim.metrics.inference import AssociationError, GraphTraffic, MarginalError
 from netsim.metrics.leaders import Leaders
 from netsim.metrics.life import Life
@@ -52,6 +53,7 @@ class Metrics:
             Leaders(),
             Collaboration(),
             Fusion(),
+            IdentityWords(),
             Table2(),
             Traffic(),
             self._energy,

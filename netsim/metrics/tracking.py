@@ -163,6 +163,7 @@ class Tracking:
             return {}
         right: list[bool] = []
         chances: list[float] = []
+        last: dict[int, float] = {}
         told = iter(self._identities)
         pictures = self._tracks.at_each(time_ns for time_ns, _, _ in self._identities)
         for (_, tracks), (_, track, probability) in zip(pictures, told, strict=True):
@@ -171,10 +172,12 @@ class Tracking:
                 known = target < len(probability)
                 right.append(known and int(np.argmax(probability)) == target)
                 chances.append(float(probability[target]) if known else 0.0)
+                last[track] = chances[-1]
         return {
             "identities": len(self._identities),
             "identity_accuracy": sum(right) / len(right) if right else None,
             "identity_probability_mean": math.fsum(chances) / len(chances) if chances else None,
+            "identity_probability_last": math.fsum(last.values()) / len(last) if last else None,
         }
 
 

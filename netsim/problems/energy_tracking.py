@@ -15,14 +15,18 @@ from netsim.errors import ScenarioError
 from netsim.kernels.energy_sensing import EnergyModel
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.kernels.semiring import FloatArray
+from netsim.kernels.vehicle_labels import VehicleLabels
 from netsim.models.tracks import Track, TrackParameters, track_of
-from netsim.parameters import NonNegative, PointM, Positive, parameters
+from netsim.parameters import NonNegative, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.problem import placement
+from netsim.problems.vehicle_sounds import LabelParameters, Vehicle, VehicleSense, spectrum_of
 from netsim.rng import Streams
 from netsim.trace.events import Event, TruthTargets, VariablePlacement
 from netsim.units import s_to_ns
 
 Box = tuple[float, float, float, float]
+_LEAST_BINS = 16
+"""With fewer the lines of engines run into each other."""
 
 
 @parameters
@@ -31,6 +35,9 @@ class EnergyTarget:
 
     track: TrackParameters
     """Its way."""
+    vehicle: Vehicle | None = None
+    """Class of what moves, by which its sound is known (see `spectrum_bins`) or which labels tell; by default one of its
+    own, that only labels can tell."""
 
 
 @parameters
@@ -55,11 +62,33 @@ class EnergyTrackingParameters:
     """Greatest speed of a target that trackers assume; the paper takes three times the true one."""
     start_spread_m: NonNegative = 30.0
     """How far from the place that the first leader is told the target may be."""
+    spectrum_bins: NonNegativeInt = 0
+    """Frequencies of the power spectrum that sensors read besides the energy, up to 320 Hz; 0 for none. Sounds of near
+    targets mix. All targets need a `vehicle`."""
+    labels: LabelParameters | None = None
+    """Sensors that tell classes of targets, with a stated accuracy, instead of a spectrum."""
     first_leader: Literal["nearest", "one"] = "nearest"
     """Who is told where a target enters: the sensor nearest to that place, or one for all, the nearest to their mean place,
     as for a tracker that is joint from the start."""
     cut_off_m: Annotated[float, Ge(1)] = 100.0
     """From this distance on a track does not follow a target, for the metrics."""
+
+    def __post_init__(self) -> None:
+        """Refuse what sensors cannot tell.
+
+        Raises:
+            ValueError: A spectrum and labels, or a spectrum without two classes of vehicles at least.
+        """
+        vehicles = {target.vehicle for target in self.targets}
+        if self.spectrum_bins and self.labels is not None:
+            message = "either spectrum_bins or labels"
+            raise ValueError(message)
+        if self.spectrum_bins and (None in vehicles or len(vehicles) < 2):
+            message = "a vehicle for every target, of two classes or more, with spectrum_bins"
+            raise ValueError(message)
+        if 0 < self.spectrum_bins < _LEAST_BINS:
+            message = f"spectrum_bins of 0, or {_LEAST_BINS} or more"
+            raise ValueError(message)
 
     @property
     def contribution(self) -> float:
@@ -132,10 +161,11 @@ class EnergyTrackingProblem:
             max_speed_m_per_s=parameters.max_speed_m_per_s,
             targets=len(self.tracks),
             starts=self.starts.get(node, ()),
+            labels=self._labels,
         )
 
     def observe(self, node: int, time_ns: int) -> FloatArray:
-        """The energy that a sensor reads, shape (1,) (eq 3).
+        """The energy that a sensor reads (eq 3), and after it what it tells of classes: shape (1,) or (1 + features,).
 
         Raises:
             ScenarioError: When the node has no sensor.
@@ -145,10 +175,32 @@ class EnergyTrackingProblem:
             raise ScenarioError(text)
         reading = time_ns // s_to_ns(self.parameters.reading_s)
         noise = self.streams.generator(f"node/{node}/sensing/{reading}").standard_normal()
-        there = [place for track in self.tracks if (place := track.at(time_ns)) is not None]
-        return self._true_model.mean(np.array([self.sensors_m[node]]), np.array(there).reshape(-1, 2)) + (
-            self.parameters.noise_sd * noise
+        found = [(number, place) for number, t in enumerate(self.tracks) if (place := t.at(time_ns)) is not None]
+        there_m = np.array([place for _, place in found]).reshape(-1, 2)
+        energy = self._true_model.mean(np.array([self.sensors_m[node]]), there_m) + self.parameters.noise_sd * noise
+        if self._sense is None:
+            return energy
+        return np.concatenate([energy, self._sense.features(self.sensors_m[node], found, node, reading)])
+
+    @cached_property
+    def _sense(self) -> VehicleSense | None:
+        parameters = self.parameters
+        if not parameters.spectrum_bins and parameters.labels is None:
+            return None
+        rate_per_s = 0.0 if parameters.labels is None else parameters.labels.rate_per_s
+        bins = parameters.spectrum_bins
+        return VehicleSense(
+            vehicles=tuple(each.vehicle or f"target {number:03d}" for number, each in enumerate(parameters.targets)),
+            energy=self._true_model,
+            spectrum=spectrum_of(bins, parameters.noise_sd) if bins else None,
+            labels=parameters.labels,
+            labels_per_reading=min(1.0, rate_per_s * parameters.reading_s),
+            streams=self.streams,
         )
+
+    @cached_property
+    def _labels(self) -> VehicleLabels | None:
+        return None if self._sense is None else self._sense.knowledge
 
     @cached_property
     def _true_model(self) -> EnergyModel:

@@ -34,6 +34,7 @@ from netsim.problems import (
     graph,
     target_distribution,
     tracking,
+    vehicle_sounds,
 )
 from netsim.problems.none import NoProblemParameters
 from netsim.protocols.time_sync import FloodingTimeSyncParameters
@@ -77,6 +78,7 @@ CITED: Final[Mapping[type[Any], Cited]] = {
     target_distribution.DistributionParameters: Cited("problem", f"{CHEN_2006}, sections 4 and 6.2"),
     energy_tracking.EnergyTrackingParameters: Cited("problem", f"{LIU_2004}, sections 4 and 6"),
     energy_tracking.EnergyTarget: Cited("target", f"{LIU_2004}, eq 3; the saturation is netsim's own"),
+    vehicle_sounds.LabelParameters: Cited("sensor", f"{LIU_2004}, section 6: evidence of .94; as labels netsim's own"),
     event_association.EventAssociationParameters: Cited("problem", f"{OH_2010}, sections 2, 5 and 6"),
     event_association.UniformMeasurements: Cited(
         "measurements", f"{OH_2010}, section 6; that they are uniform is a reading"
@@ -177,6 +179,8 @@ CITED: Final[Mapping[type[Any], Cited]] = {
 
 NAMES: Final[Mapping[type[Any], str]] = {
     tracking.AcousticTarget: "sound-source",
+    energy_tracking.EnergyTarget: "energy-source",
+    vehicle_sounds.LabelParameters: "labels",
     tracking.AssumedAmplitude: "amplitude",
     tracking.AssumedBearing: "bearing",
     energy_tracking.EnergyTarget: "energy-source",

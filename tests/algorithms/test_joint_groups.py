@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from netsim.algorithms.joint_acquaintances import Acquaintances, Place
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, named, parts_of, places_of
 from netsim.algorithms.joint_messages import (
     Call,
@@ -19,7 +20,6 @@ from netsim.algorithms.joint_messages import (
     encode_reading,
     encode_taken,
     label_of,
-    one_hot,
 )
 from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.kernels.particles import equal_weights, uniform_disc
@@ -29,12 +29,24 @@ RANGE_M = 120.0
 tracks = st.lists(st.integers(0, 0xFFFF), min_size=1, max_size=4, unique=True).map(lambda found: tuple(sorted(found)))
 
 
-def group(*places_m, tracks=None, seed=1, count=50, **more):
+def acquainted(tracks, identities, targets):
+    """What is known of tracks that are sure who they are."""
+    known, *others = (
+        Acquaintances.alone(track, np.eye(targets)[identity], Place(2, 9))
+        for track, identity in zip(tracks, identities, strict=True)
+    )
+    for other in others:
+        known = known.merged(other)
+    return known
+
+
+def group(*places_m, tracks=None, identities=None, seed=1, count=50, **more):
     """A group whose targets are within 5 m of some places."""
     rng = np.random.default_rng(seed)
     tracks = tuple(range(len(places_m))) if tracks is None else tracks
     belief = uniform_disc(np.array(places_m, dtype=float), 5.0, count, rng)
-    return Held(3, 2, tracks, belief, one_hot(range(len(places_m)), 4), **more)
+    known = acquainted(tracks, range(len(places_m)) if identities is None else identities, 4)
+    return Held(3, 2, tracks, belief, known, **more)
 
 
 def parts(held, switch="distance", separate_m=140.0):
@@ -44,12 +56,12 @@ def parts(held, switch="distance", separate_m=140.0):
 
 @given(tracks, st.integers(0, 2**32 - 1), st.integers(0, 0xFFFF), st.integers(1, 5))
 def test_a_call_arrives_as_it_was_sent(tracks, step, turn, targets):
-    rows = np.full((len(tracks), targets), 0.25)
-    call = Call(step, turn, tracks, np.arange(2.0 * len(tracks)).reshape(-1, 2), rows)
+    known = acquainted(tracks, range(len(tracks)), len(tracks) + targets)
+    call = Call(step, turn, tracks, np.arange(2.0 * len(tracks)).reshape(-1, 2), known)
     there = decode_call(encode_call(call))
     assert (there.step, there.turn, there.tracks) == (step, turn, tracks)
     np.testing.assert_array_equal(there.estimates_m, call.estimates_m)
-    np.testing.assert_array_equal(there.rows, rows)
+    np.testing.assert_array_equal(there.known.rows, known.rows)
 
 
 @given(
@@ -66,12 +78,13 @@ def test_a_reading_arrives_as_it_was_sent(others):
 @settings(max_examples=30)
 def test_a_group_arrives_as_it_was_given(tracks, is_parted, has_met, quiet, width):
     places_m = np.random.default_rng(1).uniform(-600.0, 600.0, (20, len(tracks), 2))
-    rows = np.full((len(tracks), 3), 1.0 / 3.0)
-    held = Held(9, 4, tracks, equal_weights(places_m), rows, is_parted, has_met, quiet)
+    known = acquainted(tracks, range(len(tracks)), 4)
+    known = known.met(tracks) if len(tracks) > 1 else known
+    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet)
     there = decode_given(encode_given(held, width), width)
     assert (there.step, there.turn, there.tracks) == (9, 4, tracks)
     assert (there.is_parted, there.has_met, there.quiet) == (is_parted, has_met, min(quiet, 255))
-    np.testing.assert_array_equal(there.rows, rows)
+    np.testing.assert_array_equal(there.rows, held.rows)
     np.testing.assert_allclose(
         there.belief.positions_m, places_m, atol={"float64": 0, "float32": 4e-5, "float16": 0.25}[width]
     )
@@ -124,10 +137,11 @@ def test_latched_groups_part_only_after_their_targets_have_met():
 
 
 def test_joined_groups_have_their_tracks_in_order_with_their_places_and_rows():
-    both = joined(group((200, 0), tracks=(3,)), group((0, 0), (0, 100), tracks=(1, 7)), 60, np.random.default_rng(1))
+    pair = group((0, 0), (0, 100), tracks=(1, 7), identities=(0, 1))
+    both = joined(group((200, 0), tracks=(3,), identities=(3,)), pair, 60, np.random.default_rng(1))
     assert (both.tracks, both.turn, both.belief.count) == ((1, 3, 7), 3, 60)
     np.testing.assert_allclose(both.belief.estimate_m, [[0, 0], [200, 0], [0, 100]], atol=3.0)
-    np.testing.assert_array_equal(both.rows, one_hot((0, 0, 1), 4))
+    np.testing.assert_array_equal(both.rows, np.eye(4)[[0, 3, 1]])
 
 
 @pytest.mark.parametrize("swapped", [False, True])

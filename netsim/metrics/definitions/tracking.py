@@ -235,5 +235,12 @@ METRICS = (
             "Probability that they give to that target, mean over the same.",
             f"Identity, {MADE_OF}",
         ),
+        (
+            "identity_probability_last",
+            "1",
+            "higher",
+            "The same of the last of them of each track, mean over the tracks.",
+            f"Identity, {MADE_OF}",
+        ),
     ),
 )
