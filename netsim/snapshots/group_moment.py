@@ -13,6 +13,8 @@ from netsim.units import s_to_ns
 
 _SPREAD = 4
 """How many instants are looked at where no group was ever joint."""
+_WORD_S = 1.0
+"""How long a word between leaders is shown."""
 _SOON_SHARE, _LATE_SHARE = 0.15, 0.75
 """Which share of the time after a joint group's end two of the usual instants come."""
 
@@ -54,6 +56,7 @@ class GroupMoment:
         targets: Where targets are.
         ways_m: Where each of these targets was, in order.
         down: Nodes that are dead or crashed.
+        words_m: From where to where leaders told each other of identities, not long ago.
     """
 
     time_ns: int
@@ -61,6 +64,7 @@ class GroupMoment:
     targets: Points
     ways_m: Mapping[int, Sequence[Place]]
     down: frozenset[int]
+    words_m: Sequence[tuple[Place, Place]]
 
 
 def group_moment(run: TrackRun, time_ns: int) -> GroupMoment:
@@ -72,7 +76,15 @@ def group_moment(run: TrackRun, time_ns: int) -> GroupMoment:
     targets = run.truth.at(time_ns)
     ways = {target: [*way(run, target, time_ns), place_m] for target, place_m in targets.items()}
     tracks = {track: _track(run, track, cloud, time_ns) for track, cloud in sorted(latest.items())}
-    return GroupMoment(time_ns, tracks, targets, ways, down(run, time_ns))
+    return GroupMoment(time_ns, tracks, targets, ways, down(run, time_ns), _words_m(run, time_ns))
+
+
+def _words_m(run: TrackRun, time_ns: int) -> list[tuple[Place, Place]]:
+    return [
+        (run.places_m[source], run.places_m[destination])
+        for at_ns, source, destination in run.words
+        if time_ns - s_to_ns(_WORD_S) < at_ns <= time_ns and {source, destination} <= set(run.places_m)
+    ]
 
 
 def _track(run: TrackRun, number: int, cloud: Cloud, time_ns: int) -> GroupTrack:
@@ -108,7 +120,9 @@ def usual_group_times_ns(run: TrackRun) -> list[int]:
     """Instants worth a look: before the first joint group, amidst it, soon after and long after; told times only."""
     first_ns, last_ns = run.clouds[0].time_ns, run.clouds[-1].time_ns
     told_ns = sorted({cloud.time_ns for cloud in run.clouds})
-    return sorted({min((abs(at - wanted), at) for at in told_ns)[1] for wanted in _wanted_ns(run, first_ns, last_ns)})
+    return sorted(
+        {min((at for at in told_ns if at >= wanted), default=last_ns) for wanted in _wanted_ns(run, first_ns, last_ns)}
+    )
 
 
 def _wanted_ns(run: TrackRun, first_ns: int, last_ns: int) -> Iterator[int]:
@@ -119,4 +133,6 @@ def _wanted_ns(run: TrackRun, first_ns: int, last_ns: int) -> Iterator[int]:
     begin_ns, end_ns = max(spans, key=lambda span: span[1] - span[0])
     yield (first_ns + begin_ns) // 2
     yield (begin_ns + end_ns) // 2
-    yield from (end_ns + round((last_ns - end_ns) * share) for share in (_SOON_SHARE, _LATE_SHARE))
+    words_ns = [at_ns for at_ns, *_ in run.words if at_ns > end_ns]
+    yield min(words_ns, default=end_ns + round((last_ns - end_ns) * _SOON_SHARE))
+    yield end_ns + round((last_ns - end_ns) * _LATE_SHARE)

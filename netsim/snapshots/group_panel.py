@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Patch
 from netsim.flow import look as flow_look
 from netsim.snapshots import look
 from netsim.snapshots.group_moment import GroupMoment, GroupTrack
-from netsim.snapshots.load import TrackRun
+from netsim.snapshots.load import Place, TrackRun
 from netsim.snapshots.moment import in_seconds
 from netsim.snapshots.panel import columns, frame
 
@@ -21,6 +21,9 @@ _DOWN: dict[str, Any] = {"marker": "x", "ls": "", "ms": 5, "mew": 1.2, "color": 
 _PARTICLE: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.6, "mew": 0, "alpha": 0.6}
 _HEAVIEST_PT2 = 60.0
 """Area of the particle with the greatest weight; the others' areas are as their weights, unless smaller than a dot."""
+_WORD: dict[str, Any] = {
+    "arrowstyle": "-|>", "color": look.WORD, "lw": 1.8, "shrinkA": 6, "shrinkB": 6, "mutation_scale": 11
+}  # fmt: skip
 _WRITTEN = 0.12
 """From which probability on a part of a bar holds its number."""
 
@@ -36,6 +39,8 @@ def draw_map(axes: Axes, run: TrackRun, moment: GroupMoment) -> None:
     for target, (x_m, y_m) in moment.targets.items():
         axes.plot(x_m, y_m, marker="+", color="white", ms=14, mew=4.6, zorder=8)
         axes.plot(x_m, y_m, marker="+", color=look.track_colour(target), ms=12, mew=2.4, zorder=9)
+    for here, there in moment.words_m:
+        axes.annotate("", there, here, arrowprops=_WORD, zorder=10)
     frame(axes, run)
     axes.set_title(in_seconds(moment.time_ns), loc="left")
     axes.set_title(said(moment), loc="right", fontsize=8, fontweight="normal", color=flow_look.SOFT)
@@ -67,7 +72,8 @@ def _draw_groups(axes: Axes, run: TrackRun, moment: GroupMoment) -> None:
 def _draw_sensors(axes: Axes, run: TrackRun, moment: GroupMoment) -> None:
     up = {node: place_m for node, place_m in run.places_m.items() if node not in moment.down}
     centres_m = np.array([track.place_m for track in moment.tracks.values()]).reshape(-1, 2)
-    members, others = [], []
+    members: list[Place] = []
+    others: list[Place] = []
     for place_m in up.values():
         near = run.range_m is not None and (np.hypot(*(centres_m - place_m).T) <= run.range_m).any()
         (members if near else others).append(place_m)
@@ -80,7 +86,7 @@ def _draw_track(axes: Axes, run: TrackRun, track: GroupTrack) -> None:
     colour = look.track_colour(track.number)
     axes.plot(*track.particles_m.T, mfc=colour, zorder=3, **_PARTICLE)
     areas = _HEAVIEST_PT2 * track.weights / max(float(track.weights.max()), 1e-300)
-    axes.scatter(*track.particles_m.T, s=areas, color=colour, alpha=0.6, lw=0, zorder=4)
+    axes.scatter(track.particles_m[:, 0], track.particles_m[:, 1], s=areas, color=colour, alpha=0.6, lw=0, zorder=4)
     axes.plot(*columns(track.trail_m), color=colour, lw=0.9, marker=".", ms=3.0, mew=0, zorder=5)
     axes.plot(*track.place_m, marker="o", ms=5.5, mfc="white", mec=colour, mew=1.6, ls="", zorder=7)
     if track.leader in run.places_m:
@@ -120,6 +126,7 @@ def group_handles(run: TrackRun, moments: Sequence[GroupMoment]) -> list[Line2D 
         (bool(tracks), "leader", {**_LEADER, "ms": 9, "mec": colour}),
         (True, "sensor in no group", {**_SENSOR, "mfc": look.QUIET_SENSOR, "ms": 4}),
         (run.range_m is not None, "sensor in a group", {**_SENSOR, "mfc": look.SENSOR_EDGE, "ms": 4}),
+        (any(each.words_m for each in moments), "word on identities", _line(look.WORD, ">", ms=5)),
         (any(each.down for each in moments), "node that is down", _DOWN),
     ]
     lines: list[Line2D | Patch] = [

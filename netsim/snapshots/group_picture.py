@@ -21,6 +21,8 @@ _STRIP_IN = 1.9
 _HEAD_IN = 0.4
 _LEGEND_IN = 0.62
 _COLUMNS = 4
+_USUAL = 0.9
+"""Share of the errors that the scale is made for."""
 
 
 def write_group_picture(run: TrackRun, times_ns: Sequence[int], path: Path) -> None:
@@ -92,9 +94,15 @@ def _draw_errors(axes: Axes, run: TrackRun, moments: Sequence[GroupMoment]) -> N
         axes.plot(*errors_of(run, track), color=colour, lw=1.1, marker=".", ms=3.5, label=f"track {track}")
     span_ns = run.clouds[0].time_ns, run.clouds[-1].time_ns
     mark_instants(axes, span_ns, [each.time_ns for each in moments])
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, _top_m(run))
     axes.margins(x=0.01)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("distance from target (m)")
     axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=6, borderaxespad=0.0)
+
+
+def _top_m(run: TrackRun) -> float:
+    """Upper end of the scale: tracks whose target has left may leave it."""
+    errors = sorted(off for each in run.guesses if (off := run.truth.nearest_m(each.time_ns, each.place_m)) is not None)
+    return max(1.0, 2.0 * errors[int(_USUAL * (len(errors) - 1))]) if errors else 1.0

@@ -22,6 +22,7 @@ from netsim.trace.events import (
     FieldInfo,
     Handoff,
     Identity,
+    MessageSent,
     NodeLife,
     NodeTable,
     Particles,
@@ -32,8 +33,11 @@ from netsim.trace.events import (
 from netsim.trace.reader import read_trace, trace_metadata
 
 _KINDS = (
-    Belief, EnergyLedger, Estimate, FieldInfo, Handoff, Identity, NodeLife, NodeTable, Particles, Problem, Role, TruthTargets
+    Belief, EnergyLedger, Estimate, FieldInfo, Handoff, Identity, MessageSent, NodeLife, NodeTable, Particles, Problem, Role,
+    TruthTargets,
 )  # fmt: skip
+WORD = "word"
+"""Kind of the messages in which leaders tell each other who is who."""
 _TOPICS = {each.topic for each in _KINDS}
 _DOWN, _UP = ("died", "crashed"), ("started", "rebooted")
 
@@ -120,6 +124,7 @@ class TrackRun:
         steps: All beliefs on grids, in order.
         clouds: All beliefs as particles, in order.
         rows: All beliefs of who is who, in order.
+        words: When which leader told which other one of that.
         guesses: All estimates, in order.
         choices: Whom a node chose at a step of a track, the first choice.
         leaders: Nodes that ever lead.
@@ -139,6 +144,7 @@ class TrackRun:
     steps: list[Step] = field(default_factory=list)
     clouds: list[Cloud] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
+    words: list[tuple[int, int, int]] = field(default_factory=list)
     guesses: list[Guess] = field(default_factory=list)
     choices: dict[tuple[int, int, int], Handoff] = field(default_factory=dict)
     leaders: set[int] = field(default_factory=set)
@@ -223,6 +229,11 @@ def _take_identity(run: TrackRun, event: Identity, now_ns: int) -> None:
     run.rows.append(Row(now_ns, event.node, event.track, tuple(map(float, event.probability))))
 
 
+def _take_message(run: TrackRun, event: MessageSent, now_ns: int) -> None:
+    if event.kind == WORD:
+        run.words.append((now_ns, event.source, event.destination))
+
+
 def _take_estimate(run: TrackRun, event: Estimate, now_ns: int) -> None:
     run.guesses.append(Guess(now_ns, event.node, event.target, (float(event.x_m), float(event.y_m))))
 
@@ -249,6 +260,7 @@ _TAKE: Mapping[type[Event], Any] = {
     Belief: _take_belief,
     Particles: _take_particles,
     Identity: _take_identity,
+    MessageSent: _take_message,
     Estimate: _take_estimate,
     Handoff: _take_handoff,
     Role: _take_role,

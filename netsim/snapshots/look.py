@@ -18,6 +18,7 @@ OUTAGE: Final = "#D7191C"
 TRACKS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5C3E", "#5B5BD6")
 """Of targets and tracks by number; a track and the target that it began with have the same one."""
 JOINT: Final = "#6b7280"
+WORD: Final = "#5B21B6"
 QUIET_SENSOR: Final = "#b9c2cc"
 
 
