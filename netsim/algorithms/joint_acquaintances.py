@@ -106,7 +106,7 @@ class Acquaintances:
 
     @staticmethod
     def alone(track: int, row: FloatArray, place: Place) -> "Acquaintances":
-        """A track that has met nobody."""
+        """A track that has met nobody; with a row of equal probabilities if who it is is open."""
         return Acquaintances((track,), np.array([row], dtype=float), (FIRST,), (), (place,))
 
     @cached_property
@@ -131,8 +131,12 @@ class Acquaintances:
 
     def _after(self, rows: FloatArray, change: Change) -> FloatArray:
         indices = [self.tracks.index(track) for track in change.tracks]
-        if change.kind == EVIDENCE:
+        if change.kind == EVIDENCE and self.is_closed:
             return identity.evidence(rows, indices[0], change.values)
+        if change.kind == EVIDENCE:
+            updated = rows.copy()
+            updated[indices[0]] = identity.posterior(rows[indices[0]], change.values)
+            return updated
         if change.kind == EVEN:
             return identity.mix(rows, indices, identity.even(len(indices)))
         return identity.mix_by(rows, indices, np.reshape(change.values, (len(indices), len(indices))))
@@ -201,7 +205,7 @@ class Acquaintances:
         tracks = tuple(sorted({*self.tracks, *other.tracks}))
         sources = [self._later(other, track) for track in tracks]
         start = np.stack([source.start_of(track) for source, track in zip(sources, tracks, strict=True)])
-        if not _is_closed(start):
+        if self.is_closed and other.is_closed and not _is_closed(start):
             return None
         epochs = tuple(source.epoch(track) for source, track in zip(sources, tracks, strict=True))
         since = dict(zip(tracks, epochs, strict=True))
@@ -232,6 +236,14 @@ class Acquaintances:
         start = even if start is None else start
         epoch = Epoch(max(*self.epochs, *other.epochs).era + 1, EXACT, _check(start))
         return Acquaintances(tracks, start, (epoch,) * len(tracks), (), self._places(other, tracks))
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether the group holds as many identities as tracks, each wholly.
+
+        It does not where somebody's identity was open from the start; then evidence about one tells nothing of the others.
+        """
+        return _is_closed(self.start)
 
     def _later(self, other: "Acquaintances", track: int) -> "Acquaintances":
         """Of the two copies the one with the later epoch of a track."""
@@ -277,7 +289,8 @@ class Acquaintances:
 
     def recovered(self) -> "Acquaintances":
         """What a node goes on with that has nothing but hearsay: rows scaled to sums of one."""
-        scaled = fitted(self.start, np.ones(len(self.tracks)), np.rint(self.start.sum(axis=0)))
+        columns = self.start.sum(axis=0)
+        scaled = fitted(self.start, np.ones(len(self.tracks)), np.rint(columns) if self.is_closed else columns)
         return self if scaled is None else replace(self, start=scaled)
 
 

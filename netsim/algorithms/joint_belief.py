@@ -65,7 +65,7 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
         station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
     _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
     _tell_particles(station, held.tracks, step, belief)
-    is_quiet = not (energies > station.parameters.quiet_sd * model.noise_sd).any()
+    is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))
     return replace(
         held, step=step, belief=resample(belief, count, station.rng), quiet=held.quiet + 1 if is_quiet else 0

@@ -1,8 +1,8 @@
 """A leader's part in who is who: evidence of its sensor, and words with the leaders it is acquainted with.
 
-Words go to the leaders of the acquaintance group alone. One that changes its copy tells all others; who hears something new
-that the sender does not know tells it in turn. What is lost is sent again; meanwhile every copy is consistent by itself
-(see `joint_acquaintances`).
+Words go to the leaders of the acquaintance group alone, and hold all that the sender knows. Who changes its copy tells all
+others; who knows of more tracks or later starts than a sender tells it in turn. What is lost is sent again, and what never
+arrives comes with the next word; meanwhile every copy is consistent by itself (see `joint_acquaintances`).
 """
 
 import json
@@ -73,9 +73,10 @@ class Identities:
             self.whereabouts.took(track, held.turn)
 
     def recover(self, held: Held) -> None:
-        """Lead a group whose leader has fallen silent, and tell its acquaintances where they find it now."""
+        """Lead a group that nobody gave, perhaps of a leader that has fallen silent, and tell its acquaintances."""
         self.lead(held)
-        self._tell_record(RECOVERED, held.tracks, self._copy(held.tracks[0]))
+        if held.turn > 0:
+            self._tell_record(RECOVERED, held.tracks, self._copy(held.tracks[0]))
         self._shared.clear()
         self._tell_all(self._copy(held.tracks[0]))
 
@@ -135,9 +136,9 @@ class Identities:
         if both.state != own.state:
             self._station.node.spawn(self._charged(both))
             self._tell_record(HEARD_OF, (word.track,), self._copy(word.track))
-        if both.state == word.known.state:
-            return
-        if both.state != own.state:
+        if (both.tracks, both.epochs) == (word.known.tracks, word.known.epochs):
+            return  # changes that the sender does not know are on their way to it from their authors
+        if both.tracks != own.tracks:
             self._tell_all(both)
         else:
             for track in both.tracks:
@@ -215,6 +216,7 @@ class Identities:
         self._put(changed)
         self._tell_record(EVIDENCE, (track,), changed)
         self._tell_all(changed)
+        self._settle(changed.tracks[0])
 
     def _tell_all(self, copy: Acquaintances) -> None:
         for track in copy.tracks:

@@ -10,14 +10,14 @@ from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_
 from netsim.errors import AlgorithmError
 
 _GROUP = Record("BHH")  # tracks, identities, changes
-_TRACK = Record("HHHHIH")  # track, epoch (era, heard, check), turn of its group, leader
-_CHANGE = Record("HHHHBB")  # clock, author, first track, era, kind, tracks
-_NAME = Record("H")
-_WORD = Record("HHHB")  # number, who asks, track, how often it was passed on
-_HEARD = Record("HHI")  # number of the word, track, turn
-_REGISTER = Record("HHIH")  # number, track, turn, leader
-_LOCATE = Record("HH")  # number, track
-_LOCATED = Record("HHIHB")  # number, track, turn, leader, whether it is known
+_TRACK = Record("IHHHIH")  # track, epoch (era, heard, check), turn of its group, leader
+_CHANGE = Record("HHIHBB")  # clock, author, first track, era, kind, tracks
+_NAME = Record("I")
+_WORD = Record("HHIB")  # number, who asks, track, how often it was passed on
+_HEARD = Record("HII")  # number of the word, track, turn
+_REGISTER = Record("HIIH")  # number, track, turn, leader
+_LOCATE = Record("HI")  # number, track
+_LOCATED = Record("HIIHB")  # number, track, turn, leader, whether it is known
 
 
 def encode_acquaintances(known: Acquaintances, width: FloatWidth = "float64") -> bytes:

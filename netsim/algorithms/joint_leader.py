@@ -167,12 +167,15 @@ class Leading:
         """End, merge, split, or move on."""
         parameters, held = self._station.parameters, self._groups[place]
         if held.quiet >= parameters.quiet_steps:
-            self._end(place)
+            self._end(place, f"nobody has read a target for {held.quiet} readings")
             return
         others = [each for each in others if each.track not in held.tracks]
         if not others and held.is_parted:
             held = self._groups[place] = replace(held, is_parted=False)
-        near = [each for each in others if is_joint(parameters, held, places_of(held), each)]
+        if (double := self._double(held, others)) is not None:
+            self._end(place, f"its target is that of track {double}")
+            return
+        near = [each for each in others if self._belong(held, each)]
         if (host := self._host(held, near)) is not None:
             yield from self._given(place, host)
             return
@@ -181,10 +184,24 @@ class Leading:
         if place in self._groups and not near and not waits:  # else stay: another group is on its way to this one
             yield from self._migrate(place)
 
-    def _end(self, place: int) -> None:
+    def _double(self, held: Held, others: Sequence[Sighting]) -> int | None:
+        """The earlier track that a group's, which is fresh, turns out to be a double of."""
+        if not self._station.is_fresh(held.name):
+            return None
+        (x_m, y_m), *_ = places_of(held).tolist()
+        same_m = self._station.parameters.same_m
+        earlier = (each for each in others if each.track < held.name)
+        return next((each.track for each in earlier if np.hypot(each.x_m - x_m, each.y_m - y_m) <= same_m), None)
+
+    def _belong(self, held: Held, other: Sighting) -> bool:
+        """Whether a group and another's track are to be joint; fresh ones may yet be the same, and wait."""
+        is_settled = not any(map(self._station.is_fresh, (*held.tracks, other.track)))
+        return is_settled and is_joint(self._station.parameters, held, places_of(held), other)
+
+    def _end(self, place: int, why: str) -> None:
         held = self._groups[place]
         self._say(END, call_of(held, held.step, places_of(held)))
-        self._station.node.log(f"{held.label}: nobody has read a target for {held.quiet} readings: ending")
+        self._station.node.log(f"{held.label}: {why}: ending")
         self._lose(place, held.tracks)
         self._identities.leave(held.tracks)
 
@@ -226,11 +243,11 @@ class Leading:
         return waits
 
     def _are_joint(self, held: Held, other: Held) -> bool:
-        places_m, node = places_of(held), self._station.node
+        node = self._station.node
         near = (
             Sighting(node.id, track, *at) for track, at in zip(other.tracks, places_of(other).tolist(), strict=True)
         )
-        return any(is_joint(self._station.parameters, held, places_m, one) for one in near)
+        return any(self._belong(held, one) for one in near)
 
     def _merge(self, place: int, other: int) -> None:
         station, held, each = self._station, self._fresh(place), self._fresh(other)

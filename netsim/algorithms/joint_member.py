@@ -33,8 +33,8 @@ class Membership:
         if any(self._is_older(call, track) for track in call.tracks):
             return
         self.note(call)
+        self._calls.note(message.source, call)
         if station.range_to_m(call.estimates_m) <= station.knowledge.sensing_range_m and message.kind == CALL:
-            self._calls.note(message.source, call)
             station.node.spawn(self._answer(message, call))
         if tracks := self._watched(call):
             station.node.spawn(self._watch(call, tracks))

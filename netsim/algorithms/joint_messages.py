@@ -16,9 +16,9 @@ from netsim.kernels.semiring import FloatArray
 
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
-_SIGHTING = Record("HH")  # leader, track
+_SIGHTING = Record("HI")  # leader, track
 _GIVEN = Record("IHBBBH")  # step, turn, whether it is parted and has met, quiet readings, tracks, particles
-_TRACK = Record("H")
+_TRACK = Record("I")
 _TAKEN = Record("IH")  # step, turn
 _MOST_QUIET = 0xFF
 

@@ -23,6 +23,14 @@ class JointTrackingParameters:
     """Particles of the belief of one target."""
     joint_particles: PositiveInt = 200
     """Particles of the belief of several."""
+    begin: Literal["told", "detected"] = "told"
+    """How tracks begin. `told`: the problem tells a node where its target enters. `detected`: a sensor that reads a target
+    and that no group has called leads it; tracks are then numbered by when and where they began, and their identity is
+    open."""
+    fresh_steps: Annotated[int, Ge(1)] = 3
+    """For so many readings a detected track may turn out to be the double of an earlier one, and is not joined to any."""
+    same_m: Positive = 45.0
+    """A fresh track within this distance of an earlier one is its double, and ends."""
     switch: Literal["distance", "latched", "never", "always"] = "distance"
     """When groups track jointly. `distance`: while they collide and the estimates are at most `separate_m` apart. `latched`:
     from the collision on until the estimates are farther than that, and not again before the groups have been apart.

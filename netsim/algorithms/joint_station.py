@@ -50,6 +50,21 @@ class Station:
         """Number of the next reading; of one that is due at this moment, that one."""
         return -(-self.node.now_ns // self.step_ns)
 
+    @property
+    def loud(self) -> float:
+        """A reading above this shows that a target is near."""
+        return self.parameters.quiet_sd * self.knowledge.model.noise_sd
+
+    def new_track(self, step: int) -> int:
+        """A number for a track that this node begins at a reading: nobody else's, and the higher the later it begins."""
+        sensors = sorted(self.knowledge.sensors_m)
+        return step * len(sensors) + sensors.index(self.node.id)
+
+    def is_fresh(self, track: int) -> bool:
+        """Whether a track was detected so lately that it may be another's double; one that a node was told of never is."""
+        is_detected = self.parameters.begin == "detected"
+        return is_detected and self.step - track // len(self.knowledge.sensors_m) <= self.parameters.fresh_steps
+
     def time_ns(self, step: int) -> int:
         """When a reading is due."""
         return step * self.step_ns

@@ -7,6 +7,7 @@ group is where its targets are (a geographically constrained group), and forms a
 import numpy as np
 
 from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_detection import Detection
 from netsim.algorithms.joint_identity import WORD, Identities
 from netsim.algorithms.joint_leader import Leading
 from netsim.algorithms.joint_location import LOCATE, REGISTER
@@ -49,8 +50,11 @@ class _Tracker:
 
     def run(self) -> Op[None]:
         node = self._station.node
-        for start in self._station.knowledge.starts:
-            node.spawn(self._start(start))
+        if self._station.parameters.begin == "detected":
+            node.spawn(Detection(self._station, self._membership, self._leading.claim).run())
+        else:
+            for start in self._station.knowledge.starts:
+                node.spawn(self._start(start))
         while True:
             message = yield from node.receive(kinds=_HEEDED)
             if message is not None:

@@ -17,6 +17,8 @@ def tracking_rows(figures: Mapping[str, Any]) -> Iterator[Row]:
             yield f"NEES, mean (consistent: {interval})", number(figures["nees_mean"])
         if "identity_accuracy" in figures:
             yield f"identities right, of {figures['identities']} beliefs", percent(figures["identity_accuracy"])
+    if "reports" in figures:
+        yield from _groups(figures)
     if "handoffs" in figures:
         yield from _handoffs(figures)
     if "leader_nodes" in figures:
@@ -39,6 +41,22 @@ def _tracks(figures: Mapping[str, Any]) -> Iterator[Row]:
 def _switches(figures: Mapping[str, Any]) -> Iterator[Row]:
     if figures["track_switches"] or figures["track_losses"]:
         yield "  switches of tracks, losses", f"{figures['track_switches']} and {figures['track_losses']}"
+
+
+def _groups(figures: Mapping[str, Any]) -> Iterator[Row]:
+    """Of collaboration groups, whose leaders collect the readings of an instant before they tell an estimate."""
+    yield "error of estimates at their reading, mean", metres(figures["reading_error_mean_m"])
+    if figures["reading_nees_mean"] is not None:
+        yield "  NEES at the reading (consistent: 2)", number(figures["reading_nees_mean"])
+    yield "merges and splits of groups", f"{figures['group_merges']} and {figures['group_splits']}"
+    yield "  readings taken jointly", percent(figures["joint_readings_share"])
+    yield (
+        "distance of a reporting member, mean",
+        metres(figures["report_distance_mean_m"]),
+    )
+    yield "changes of a track's leader", f"{figures['track_leader_changes']:,}"
+    longest, total = seconds(figures["track_two_leaders_longest_s"]), seconds(figures["track_two_leaders_s"])
+    yield "  two leaders of a track, longest", f"{longest} (in all {total})"
 
 
 def _followed(figures: Mapping[str, Any]) -> Iterator[Row]:

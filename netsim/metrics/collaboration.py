@@ -13,6 +13,8 @@ from typing import Any, Final
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from netsim.kernels.consistency import nees
+from netsim.kernels.semiring import FloatArray
 from netsim.metrics.tracks import TargetTruth, as_array
 from netsim.trace.events import (
     AlgorithmRecord,
@@ -42,7 +44,7 @@ class Collaboration:
         self._truth = TargetTruth()
         self._places_m: dict[int, tuple[float, float]] = {}
         self._distances_m: list[float] = []
-        self._estimates: defaultdict[int, dict[int, tuple[float, float]]] = defaultdict(dict)
+        self._estimates: defaultdict[int, dict[int, Estimate]] = defaultdict(dict)
         self._joint_steps: set[int] = set()
         self._changes = {"merge": 0, "split": 0}
         self._leaders = TrackLeaders()
@@ -67,9 +69,12 @@ class Collaboration:
         if not self._reading_ns or not self._estimates:
             return {}
         count = len(self._distances_m)
-        errors_m = self._errors_m()
+        pairs = self._pairs()
+        errors_m = [float(np.hypot(*error)) for _, error in pairs]
+        squared = [each for each in map(_squared, pairs) if each is not None]
         return {
             "reading_error_mean_m": math.fsum(errors_m) / len(errors_m) if errors_m else None,
+            "reading_nees_mean": math.fsum(squared) / len(squared) if squared else None,
             "reports": count,
             "report_distance_sum_m": math.fsum(self._distances_m),
             "report_distance_mean_m": math.fsum(self._distances_m) / count if count else None,
@@ -78,15 +83,15 @@ class Collaboration:
             "joint_readings_share": len(self._joint_steps & self._estimates.keys()) / len(self._estimates),
         } | self._leaders.figures()
 
-    def _errors_m(self) -> list[float]:
-        """Of each reading the distances of estimates from the targets as they then were, in the best assignment."""
-        found: list[float] = []
-        for step, told in sorted(self._estimates.items()):
-            there = self._truth.at(step * self._reading_ns)
-            if there:
-                offsets_m = as_array(told.values())[:, None] - as_array(there.values())
-                distance_m = np.hypot(offsets_m[..., 0], offsets_m[..., 1])
-                found.extend(distance_m[linear_sum_assignment(distance_m)].tolist())
+    def _pairs(self) -> list[tuple[Estimate, FloatArray]]:
+        """Estimates with their errors against the targets as they were at the reading, in each reading's best assignment."""
+        found: list[tuple[Estimate, FloatArray]] = []
+        for step, by_track in sorted(self._estimates.items()):
+            told = list(by_track.values())
+            there = as_array(self._truth.at(step * self._reading_ns).values())
+            offsets_m = as_array((each.x_m, each.y_m) for each in told)[:, None] - there
+            rows, columns = linear_sum_assignment(np.hypot(offsets_m[..., 0], offsets_m[..., 1]))
+            found.extend((told[row], offsets_m[row, column]) for row, column in zip(rows, columns, strict=True))
         return found
 
     def _on_problem(self, event: Problem, _: int) -> None:
@@ -99,7 +104,7 @@ class Collaboration:
 
     def _on_estimate(self, event: Estimate, now_ns: int) -> None:
         if self._reading_ns and math.isfinite(event.x_m) and math.isfinite(event.y_m):
-            self._estimates[now_ns // self._reading_ns][event.target] = event.x_m, event.y_m
+            self._estimates[now_ns // self._reading_ns][event.target] = event
 
     def _on_sent(self, event: MessageSent, _: int) -> None:
         if event.kind == REPORT_KIND and event.destination in self._places_m:
@@ -110,6 +115,15 @@ class Collaboration:
             self._changes[event.kind] += 1
         elif event.kind == "joint" and self._reading_ns:
             self._joint_steps.add(now_ns // self._reading_ns)
+
+
+def _squared(pair: tuple[Estimate, FloatArray]) -> float | None:
+    """An error's square in terms of the covariance that was told with it; None without one."""
+    estimate, error_m = pair
+    if len(estimate.covariance_m2) != 3:
+        return None
+    xx, xy, yy = map(float, estimate.covariance_m2)
+    return nees(error_m, np.array([[xx, xy], [xy, yy]]))
 
 
 class TrackLeaders:

@@ -98,6 +98,21 @@ def test_copies_that_contradict_each_other_are_reconciled():
     check_sums(other.reconciled(one))
 
 
+def test_tracks_whose_identity_is_open_learn_each_for_itself():
+    """Nobody knows that they are all there are: what one is tells nothing of the other."""
+    one, other = (Acquaintances.alone(track, np.full(3, 1 / 3), Place(0, 4)) for track in (70_000, 70_001))
+    learned = one.learned(70_000, [0.94, 0.03, 0.03])
+    np.testing.assert_allclose(learned.rows, [[0.94, 0.03, 0.03]], atol=1e-7)
+    both = learned.merged(other)
+    np.testing.assert_allclose(both.rows, [[0.94, 0.03, 0.03], [1 / 3, 1 / 3, 1 / 3]], atol=1e-7)
+    met = both.met((70_000, 70_001))
+    np.testing.assert_allclose(met.rows.sum(axis=1), 1.0, atol=TOLERANCE)
+    np.testing.assert_array_equal(met.rows[0], met.rows[1])
+    again, _ = decode_acquaintances(encode_acquaintances(met))
+    np.testing.assert_array_equal(again.rows, met.rows)
+    np.testing.assert_allclose(met.hearsay().recovered().rows, met.rows, atol=1e-7)
+
+
 STEPS = st.lists(
     st.tuples(
         st.sampled_from(["meet", "evidence", "tell"]),

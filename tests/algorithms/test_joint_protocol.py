@@ -11,7 +11,7 @@ from netsim.algorithms.joint_tracking import JointTracking
 from netsim.kernels.energy_sensing import EnergyModel, amplitude_for
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.testing import DROP, ScriptedMedium, duplicate, rule, run_algorithm
-from netsim.trace.events import Estimate, Log, Role
+from netsim.trace.events import Estimate, Identity, Log, Role
 from netsim.units import NS_PER_S
 
 NODES, RANGE_M = 12, 3.0
@@ -124,6 +124,19 @@ def test_a_leader_that_is_not_heard_is_replaced_once_and_gives_way_when_it_is_he
     assert leaders(run)[0][-1][0] < 7.2
 
 
+def test_of_two_that_begin_the_same_track_the_lower_node_goes_on():
+    """As many turns each: a tie, and both are told of it by the first calls."""
+    run = bench([4.2], [(3, 0, 4.2), (5, 0, 4.2)], migrate_m=9.0)
+    assert leaders(run)[0][-1][1] == [3]
+    assert longest_with_two_s(run, 0) < 0.01
+
+
+def test_a_leader_that_is_out_of_reach_of_the_better_one_is_told_by_it():
+    """Node 4 is in the region of node 8's calls, but not the other way round."""
+    run = bench([4.2], [(4, 0, 4.2), (8, 0, 7.0)], migrate_m=9.0)
+    assert leaders(run)[0][-1][1] == [4]
+
+
 def test_two_groups_that_collide_merge_and_one_node_leads_both_tracks():
     run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)])
     final = {track: turns[-1][1] for track, turns in leaders(run).items()}
@@ -176,3 +189,41 @@ def test_the_width_of_numbers_on_the_air_changes_little(payload):
     run = bench([4.2], [(2, 0, 3.5)], payload=payload)
     errors_m = [np.hypot(event.x_m - 4.2, event.y_m) for _, event in run.of(Estimate)]
     assert np.mean(errors_m) < 0.7
+
+
+DETECTED = {"begin": "detected", "quiet_sd": 3.0, "same_m": 1.5}
+
+
+def test_the_loudest_sensor_that_reads_a_target_begins_its_track():
+    run = bench([4.2], [], **DETECTED)
+    (begun,) = logs(run, "beginning track")
+    assert begun.endswith("beginning track 4")
+    assert leaders(run)[4] == [(leaders(run)[4][0][0], [4])]
+    assert leaders(run)[4][0][0] < 1.0, "after the first reading"
+
+
+def test_where_there_is_no_target_no_track_begins():
+    assert not bench([], [], **DETECTED).of(Role)
+
+
+def test_claims_that_do_not_arrive_begin_doubles_and_the_earliest_track_survives():
+    run = bench([4.2], [], rule(DROP, kind="claim"), **DETECTED)
+    begun = sorted(int(told.split()[-1]) for told in logs(run, "beginning track"))
+    assert len(begun) > 1
+    alive = {track for track, turns in leaders(run).items() if turns[-1][1]}
+    assert alive == {begun[0]}
+    assert len(logs(run, "its target is that of track")) == len(begun) - 1, (
+        "perhaps that of another double, which ends too"
+    )
+    late = {event.target for time_ns, event in run.of(Estimate) if time_ns > 6 * NS_PER_S}
+    assert late == {begun[0]}
+
+
+def test_targets_out_of_each_others_range_begin_tracks_of_their_own():
+    run = bench([1.0, 9.0], [], **DETECTED)
+    assert {track for track, turns in leaders(run).items() if turns[-1][1]} == {1, 9}
+
+
+def test_identities_of_detected_tracks_are_open():
+    run = bench([4.2], [], **DETECTED)
+    assert all(event.probability == [0.5, 0.5] for _, event in run.of(Identity))

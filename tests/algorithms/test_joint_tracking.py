@@ -1,10 +1,12 @@
 """Joint tracking on the shipped crossing: one merge, one split, and a track that outlives its leaders."""
 
+import json
+
 import numpy as np
 import pytest
 from joint_rig import JointRun
 
-from netsim.trace.events import Estimate, Identity, MessageSent, Role
+from netsim.trace.events import AlgorithmRecord, Estimate, Identity, MessageSent, Role
 from netsim.units import NS_PER_S
 
 CROSSING = "liu2004/crossing.yaml"
@@ -117,19 +119,30 @@ def test_a_first_leader_that_comes_up_again_does_not_begin_its_track_anew(scenar
 
 
 @pytest.mark.slow
-def test_calls_and_readings_that_are_lost(scenarios):
-    """A third of the packets is lost on every hop, with acknowledgements and retries for those to one node only."""
-    run = JointRun(scenarios / CROSSING, "medium={type: fixed-prr, prr: 0.7, range_m: 100}", "mac={type: csma}")
+@pytest.mark.parametrize(
+    "losses",
+    [
+        ["medium={type: log-distance, shadowing_sd_db: 2}"],
+        ["faults=[{type: gilbert-elliott, mean_good_s: 1, mean_bad_s: 0.3, loss_bad: 1.0}]"],
+    ],
+    ids=["frames that collide and fade", "links that are down for a quarter of the time"],
+)
+def test_calls_readings_and_beliefs_that_are_lost(scenarios, losses):
+    run = JointRun(scenarios / CROSSING, "mac={type: csma}", *losses)
     assert run.figures()["track_losses"] == 0
     for track in (0, 1):
         assert run.estimated(track)[-1] >= 40
+        assert run.longest_s(track, 2) < 1.5
 
 
 @pytest.mark.slow
-def test_sensors_that_may_not_read_leave_the_tracks_to_the_others(scenarios):
-    run = JointRun(scenarios / CROSSING, "nodes.0.budget={allowance_j: 0.0000001, per: 10, policy: refuse}")
+def test_sensors_that_may_not_read_see_no_targets_and_their_tracks_end(scenarios):
+    budget = "nodes.0.budget={allowance_j: 0.0000001, per: 10, policy: refuse}"
+    run = JointRun(scenarios / CROSSING, budget, "duration_s=15")
     assert not run.crashes()
-    assert not run.figures().get("nodes_failed", 0)
+    assert run.figures()["nodes_failed"] == 0
+    assert not [event for _, event in run.of(MessageSent) if event.kind == "reading"]
+    assert all(turns[-1][1] == frozenset() for turns in run.leaders().values())
 
 
 @pytest.mark.slow
@@ -148,3 +161,39 @@ def test_a_target_that_enters_later_begins_a_track_then(scenarios):
     assert run.estimated(0)[0] == 0
     assert run.estimated(1)[0] == 6
     assert max(np.diff(run.estimated(1))) == 1
+
+
+@pytest.mark.slow
+def test_a_chain_of_encounters_mixes_the_identities_of_all_that_were_joint(scenarios):
+    """Track 0 meets 1, and one of the two then meets 2: halves, then halves of halves; columns keep their sums."""
+    run = JointRun(scenarios / "liu2004/three-targets.yaml")
+    assert run.changes() == ["merge", "split", "merge", "split"]
+    last = {event.track: event.probability for _, event in run.of(Identity)}
+    assert sorted(map(sorted, last.values())) == [[0.0, 0.5, 0.5], [0.25, 0.25, 0.5], [0.25, 0.25, 0.5]]
+    np.testing.assert_allclose(np.sum(list(last.values()), axis=0), 1.0, rtol=1e-12)
+    assert run.figures()["track_losses"] == 0
+
+
+@pytest.mark.slow
+def test_three_targets_at_once_are_one_group(scenarios):
+    third = "problem.targets.2.track={type: straight, from_m: [250, 480], to_m: [250, 20], speed_m_per_s: 11}"
+    run = JointRun(scenarios / "liu2004/three-targets.yaml", third, "algorithm.separate_m=140")
+    assert run.changes().count("merge") == run.changes().count("split")
+    groups = [json.loads(event.fields_json)["tracks"] for _, event in run.of(AlgorithmRecord) if event.kind == "joint"]
+    assert [0, 1, 2] in groups
+    last = {event.track: event.probability for _, event in run.of(Identity)}
+    np.testing.assert_allclose(list(last.values()), 1 / 3, rtol=1e-12)
+    assert run.figures()["track_losses"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_targets_that_nobody_announces_are_tracked_from_the_first_reading_to_the_last(scenarios, seed):
+    run = JointRun(scenarios / "liu2004/arrivals.yaml", f"seed={seed}")
+    begun, ended = run.logs("beginning track"), run.logs("ending")
+    assert len(begun) == len(ended) == 2
+    assert [round(at_s) for at_s, _ in begun] == [1, 5]
+    figures = run.figures()
+    assert (figures["track_losses"], figures["targets_missed_mean"]) == (0, 0.0)
+    assert figures["reading_error_mean_m"] < 15.0
+    assert not run.crashes()

@@ -71,6 +71,17 @@ def test_errors_are_of_the_reading_and_of_the_best_assignment():
     assert figures["reading_error_mean_m"] == pytest.approx((2 + 1 + 0 + 3) / 4)
 
 
+def test_errors_are_squared_in_terms_of_what_was_told():
+    told = Estimate(0, 0, 3.0, 4.0, [9.0, 0.0, 4.0])
+    figures = figures_of((0.0, TruthTargets([0], [0.0], [0.0])), (1.0, told), (3.0, estimate(0, 1.0)))
+    assert figures["reading_nees_mean"] == pytest.approx(3.0**2 / 9.0 + 4.0**2 / 4.0)
+    assert figures_of((0.0, TruthTargets([0], [0.0], [0.0])), (3.0, estimate(0, 1.0)))["reading_nees_mean"] is None
+
+
+def test_without_targets_there_are_no_errors():
+    assert figures_of((0.0, TruthTargets([], [], [])), (1.0, estimate(0, 1.0)))["reading_error_mean_m"] is None
+
+
 def test_switches_and_the_share_of_joint_readings():
     record = lambda kind: AlgorithmRecord(0, kind, "{}")  # noqa: E731
     rows = [(2.0 * step + 1.0, estimate(0, 0.0)) for step in range(4)]

@@ -17,6 +17,14 @@ METRICS = grouped(
         "`energy-tracking`; null if there are no targets.",
         f"Estimate, TruthTargets, Problem; {PAPER}, Fig. 8a",
     ),
+    (
+        "reading_nees_mean",
+        "1",
+        "",
+        "Error of these estimates, squared, in terms of the covariance that each is told with, mean: 2 if leaders know "
+        "how far they are off, more if they are too sure; null without a covariance.",
+        "Estimate, TruthTargets, Problem",
+    ),
     ("reports", "1", "", "Readings that members sent to their leaders; a leader's own do not count.", "MessageSent"),
     (
         "report_distance_mean_m",
