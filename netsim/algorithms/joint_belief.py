@@ -10,7 +10,7 @@ from netsim.algorithms.joint_groups import named
 from netsim.algorithms.joint_messages import Held, Reading
 from netsim.algorithms.joint_station import Station
 from netsim.kernels.energy_sensing import likelihood_operations
-from netsim.kernels.particle_resolution import resolution_m2
+from netsim.kernels.particle_resolution import resolution_m2, spread_m
 from netsim.kernels.particles import (
     ParticleBelief,
     condition,
@@ -55,6 +55,7 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
     energies = np.array([readings[node].energy for node in nodes])
     most_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * (step - held.step)
     belief = predict(held.belief, most_m, station.rng)
+    between_m2 = resolution_m2(belief.count, belief.targets, spread_m(named(belief)))
     if nodes:
         sensors_m = station.knowledge.places_m(nodes)
         try:
@@ -63,7 +64,7 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
             belief = _restarted(station, held, energies, sensors_m)
     if len(held.tracks) > 1:
         station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
-    _tell(station, held, belief, resolution_m2(belief.count, belief.targets, most_m))
+    _tell(station, held, belief, between_m2)
     _tell_particles(station, held.tracks, step, belief)
     is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))

@@ -8,6 +8,8 @@ section 4, roughen their samples by a jitter of the same law, N to the power of 
 
 import math
 
+from netsim.kernels.particles import ParticleBelief
+
 
 def resolution_m2(count: int, targets: int, most_m: float) -> float:
     """Variance of each coordinate between a place and the nearest particle.
@@ -25,3 +27,9 @@ def resolution_m2(count: int, targets: int, most_m: float) -> float:
     share = math.pow(math.factorial(targets) / count, power)
     squared_m2 = most_m**2 * share * math.gamma(1.0 + power)
     return squared_m2 / (2 * targets)
+
+
+def spread_m(belief: ParticleBelief) -> float:
+    """Radius of a disc whose uniform draws vary as much as the places of a belief's targets: by r^2 / 4 a coordinate."""
+    variance_m2 = sum(float(belief.covariance_m2(target).trace()) for target in range(belief.targets)) / 2
+    return 2.0 * math.sqrt(variance_m2 / belief.targets)

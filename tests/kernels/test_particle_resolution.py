@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from netsim.kernels.particle_resolution import resolution_m2
+from netsim.kernels.particle_resolution import resolution_m2, spread_m
 from netsim.kernels.particles import uniform_disc
 
 
@@ -21,3 +21,9 @@ def test_more_particles_resolve_more_and_more_targets_less():
     assert resolution_m2(400, 1, 45.0) == pytest.approx(resolution_m2(100, 1, 45.0) / 4)
     assert resolution_m2(400, 2, 45.0) == pytest.approx(resolution_m2(100, 2, 45.0) / 2)
     assert resolution_m2(200, 2, 45.0) > resolution_m2(100, 1, 45.0)
+
+
+def test_the_spread_of_draws_from_discs_is_their_radius():
+    rng = np.random.default_rng(1)
+    belief = uniform_disc([[0.0, 0.0], [900.0, 0.0]], 45.0, 20_000, rng)
+    assert spread_m(belief) == pytest.approx(45.0, rel=0.01)
