@@ -11,7 +11,7 @@ import numpy as np
 from netsim.cli.console import counted, say, show
 from netsim.cli.tables import plain_table
 from netsim.cli.track_times import chosen_times_ns, draw
-from netsim.snapshots.group_moment import GroupTrack, group_moment, joint_spans_ns, usual_group_times_ns
+from netsim.snapshots.group_moment import GroupTrack, group_moment, joint_spans_ns, settled_ns, usual_group_times_ns
 from netsim.snapshots.load import TrackRun
 from netsim.units import NS_PER_S
 
@@ -19,7 +19,7 @@ from netsim.units import NS_PER_S
 def show_groups(run: TrackRun, out: Path | None, at_s: Sequence[float] | None, *, as_json: bool) -> None:
     """Print how each track stands, at all instants or at some, and draw some if a picture is asked for."""
     told_ns = [cloud.time_ns for cloud in run.clouds]
-    times_ns = chosen_times_ns(told_ns, at_s) if at_s else None
+    times_ns = [settled_ns(run, time_ns) for time_ns in chosen_times_ns(told_ns, at_s)] if at_s else None
     drawn_ns = times_ns or usual_group_times_ns(run)
     shown_ns = sorted(set(told_ns)) if times_ns is None and out is None else drawn_ns
     tracks = _tracks_at(run, shown_ns)

@@ -8,7 +8,7 @@ import numpy as np
 from netsim.kernels.semiring import FloatArray
 from netsim.metrics.tracks import Points
 from netsim.snapshots.load import Cloud, Place, TrackRun
-from netsim.snapshots.moment import HOLD_S, down, way
+from netsim.snapshots.moment import HOLD_S, SOON_S, down, way
 from netsim.units import s_to_ns
 
 _SPREAD = 4
@@ -120,9 +120,16 @@ def usual_group_times_ns(run: TrackRun) -> list[int]:
     """Instants worth a look: before the first joint group, amidst it, soon after and long after; told times only."""
     first_ns, last_ns = run.clouds[0].time_ns, run.clouds[-1].time_ns
     told_ns = sorted({cloud.time_ns for cloud in run.clouds})
-    return sorted(
-        {min((at for at in told_ns if at >= wanted), default=last_ns) for wanted in _wanted_ns(run, first_ns, last_ns)}
-    )
+    soonest_ns = {
+        min((at for at in told_ns if at >= wanted), default=last_ns) for wanted in _wanted_ns(run, first_ns, last_ns)
+    }
+    return sorted({settled_ns(run, time_ns) for time_ns in soonest_ns})
+
+
+def settled_ns(run: TrackRun, time_ns: int) -> int:
+    """When all groups have told that tell right after an instant, or the instant itself: they do not tell at once."""
+    until_ns = time_ns + s_to_ns(SOON_S)
+    return max((cloud.time_ns for cloud in run.clouds if time_ns <= cloud.time_ns <= until_ns), default=time_ns)
 
 
 def _wanted_ns(run: TrackRun, first_ns: int, last_ns: int) -> Iterator[int]:
