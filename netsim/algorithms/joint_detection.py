@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_member import Membership
 from netsim.algorithms.joint_messages import Held
 from netsim.algorithms.joint_station import Station

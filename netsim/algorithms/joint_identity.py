@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from netsim.algorithms.decay_factors import charge
-from netsim.algorithms.joint_acquaintances import Acquaintances, Place, of_tracks
+from netsim.algorithms.joint_acquaintances import Acquaintances, of_tracks
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity_messages import Word, decode_heard, decode_word, encode_heard, encode_word
 from netsim.algorithms.joint_location import Whereabouts, ask
 from netsim.algorithms.joint_messages import Held

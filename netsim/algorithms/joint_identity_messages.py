@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from netsim.algorithms.joint_acquaintances import EVEN, EVIDENCE, Acquaintances, Change, Epoch, Place
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import EVEN, EVIDENCE, Change, Epoch, Place
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.errors import AlgorithmError
 

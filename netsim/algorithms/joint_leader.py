@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from netsim.algorithms.decay_factors import charge
-from netsim.algorithms.joint_acquaintances import Place
 from netsim.algorithms.joint_belief import operations, particles_of, updated
 from netsim.algorithms.joint_book import Calls, Readings, Turns, call_of
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_giving import give
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, parts_of, places_of
 from netsim.algorithms.joint_identity import Identities
@@ -27,6 +27,8 @@ from netsim.api import Message, Op
 from netsim.trace.events import AlgorithmRecord, Role
 
 LEADER = "leader"
+_CLAIM_RANGES = 2.0
+"""How far claims are heard, in sensing ranges."""
 MERGE, SPLIT = "merge", "split"
 """Kinds of the records of a group's changes; their field `parts` names the tracks of each part."""
 
@@ -119,7 +121,9 @@ class Leading:
         self._station.node.record(AlgorithmRecord(self._station.node.id, kind, fields))
 
     def _say(self, kind: str, call: Call) -> None:
-        region = cover(call.estimates_m, self._station.knowledge.sensing_range_m)
+        # a leader that is thought to be silent may just have jumped to where these members do not hear it
+        reach = _CLAIM_RANGES if kind == CLAIM else 1.0
+        region = cover(call.estimates_m, reach * self._station.knowledge.sensing_range_m)
         self._station.node.geocast(region, kind, encode_call(call))
 
     def _lead(self, place: int) -> Op[None]:

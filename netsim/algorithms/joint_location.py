@@ -8,7 +8,7 @@ follows from the track's number alone, as in a geographic hash table (Ratnasamy 
 import hashlib
 from collections.abc import Callable
 
-from netsim.algorithms.joint_acquaintances import Place
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity_messages import (
     decode_locate,
     decode_located,

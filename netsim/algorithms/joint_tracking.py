@@ -6,7 +6,8 @@ group is where its targets are (a geographically constrained group), and forms a
 
 import numpy as np
 
-from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_detection import Detection
 from netsim.algorithms.joint_identity import WORD, Identities
 from netsim.algorithms.joint_leader import Leading

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity_messages import (
     Word,
     decode_acquaintances,

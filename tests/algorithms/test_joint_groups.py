@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, named, parts_of, places_of
 from netsim.algorithms.joint_messages import (
     Call,

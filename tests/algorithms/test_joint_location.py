@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from netsim.algorithms.joint_acquaintances import Acquaintances, Place
+from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity import WORD, Identities
 from netsim.algorithms.joint_location import LOCATE, REGISTER, home_of
 from netsim.algorithms.joint_messages import Held
