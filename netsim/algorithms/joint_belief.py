@@ -105,6 +105,6 @@ def _tell_particles(station: Station, tracks: Sequence[int], step: int, belief: 
     """Of many particles an even choice: they are in no order but that copies of one, moved since, stand side by side."""
     told = named(belief)
     chosen = slice(None, None, -(-belief.count // _MOST_TOLD))
-    places_m = told.positions_m[chosen].swapaxes(0, 1).reshape(-1, 2).astype(np.float32)
-    weights = told.weights[chosen].astype(np.float32)
-    station.node.record(Particles(station.node.id, step, tracks, belief.count, weights, places_m[:, 0], places_m[:, 1]))
+    x_m, y_m = (told.positions_m[chosen, :, axis].T.ravel().tolist() for axis in (0, 1))
+    weights = told.weights[chosen].tolist()
+    station.node.record(Particles(station.node.id, step, list(tracks), belief.count, weights, x_m, y_m))
