@@ -1,7 +1,7 @@
 """One step of a group's belief: motion, readings, estimates (Liu et al. 2004, eq 1)."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,10 +22,12 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
-from netsim.trace.events import AlgorithmRecord, Estimate, Identity
+from netsim.trace.events import AlgorithmRecord, Estimate, Identity, Particles
 
 JOINT = "joint"
 """Kind of the record of a reading in which a group tracks several targets jointly."""
+_MOST_TOLD = 1000
+"""Particles of a belief that go into the trace: enough to see it, whatever it has."""
 
 
 def particles_of(station: Station, targets: int) -> int:
@@ -63,6 +65,7 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
     if len(held.tracks) > 1:
         station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
     _tell(station, held, belief, between_m2)
+    _tell_particles(station, held.tracks, step, belief)
     is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))
     return replace(
@@ -96,3 +99,12 @@ def _tell(station: Station, held: Held, belief: ParticleBelief, between_m2: floa
         x_m, y_m = told.estimate_m[index].tolist()
         node.record(Estimate(node.id, track, x_m, y_m, covariance))
         node.record(Identity(node.id, track, held.rows[index].tolist()))
+
+
+def _tell_particles(station: Station, tracks: Sequence[int], step: int, belief: ParticleBelief) -> None:
+    """Of many particles an even choice: they are in no order but that copies of one, moved since, stand side by side."""
+    told = named(belief)
+    chosen = slice(None, None, -(-belief.count // _MOST_TOLD))
+    x_m, y_m = (told.positions_m[chosen, :, axis].T.ravel().tolist() for axis in (0, 1))
+    weights = told.weights[chosen].tolist()
+    station.node.record(Particles(station.node.id, step, list(tracks), belief.count, weights, x_m, y_m))

@@ -6,23 +6,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from netsim.cli.console import counted, say, show
 from netsim.cli.pictures import check_picture
 from netsim.cli.replay import trace_file
 from netsim.cli.tables import plain_table
-from netsim.errors import ScenarioError
+from netsim.cli.track_groups import show_groups
+from netsim.cli.track_times import chosen_times_ns, draw
 from netsim.snapshots.load import Step, TrackRun, load_track
-from netsim.snapshots.moment import HOLD_S, SOON_S, moment, usual_times_ns
-from netsim.units import NS_PER_S, s_to_ns
+from netsim.snapshots.moment import moment, usual_times_ns
+from netsim.units import NS_PER_S
 
 
 def track_command(given: Path, out: Path | None, at_s: Sequence[float] | None, *, as_json: bool) -> None:
     """Print the steps of a track, and draw some instants if a picture is asked for."""
     check_picture(out)
     run = load_track(trace_file(given))
-    times_ns = chosen_times_ns(run, at_s) if at_s else None
+    if run.clouds:
+        show_groups(run, out, at_s, as_json=as_json)
+        return
+    times_ns = chosen_times_ns([step.time_ns for step in run.steps], at_s) if at_s else None
     drawn_ns = times_ns or usual_times_ns(run)
     steps = run.steps if times_ns is None and out is None else _steps_at(run, drawn_ns)
     if as_json:
@@ -30,28 +32,9 @@ def track_command(given: Path, out: Path | None, at_s: Sequence[float] | None, *
     else:
         _print(run, steps)
     if out is not None:
-        _draw(run, drawn_ns, out, quiet=as_json)
+        from netsim.snapshots.picture import write_picture
 
-
-def chosen_times_ns(run: TrackRun, at_s: Sequence[float]) -> list[int]:
-    """The instants asked for, in order, each once; if a belief is told right after one, because it took time, that of it.
-
-    Raises:
-        ScenarioError: For one at which there is no belief yet, or none any more.
-    """
-    first_s, last_s = run.steps[0].time_ns / NS_PER_S, run.steps[-1].time_ns / NS_PER_S
-    for time_s in at_s:
-        if not first_s <= time_s <= last_s + HOLD_S:
-            message = (
-                f"--at: expected instants from {first_s:g} s, that of the first belief, to {last_s + HOLD_S:g} s, "
-                f"{HOLD_S:g} s after the last one, got {time_s:g} s"
-            )
-            raise ScenarioError(message)
-    told_ns = np.array(sorted({step.time_ns for step in run.steps}))
-    asked_ns = np.array([s_to_ns(time_s) for time_s in at_s])
-    following_ns = told_ns[np.minimum(np.searchsorted(told_ns, asked_ns), len(told_ns) - 1)]
-    soon = (following_ns >= asked_ns) & (following_ns <= asked_ns + s_to_ns(SOON_S))
-    return [int(time_ns) for time_ns in np.unique(np.where(soon, following_ns, asked_ns))]
+        draw(lambda: write_picture(run, drawn_ns, out), drawn_ns, out, quiet=as_json)
 
 
 def plain_step(run: TrackRun, step: Step) -> dict[str, Any]:
@@ -113,14 +96,3 @@ def _chosen(run: TrackRun, step: Step) -> tuple[str, str, str]:
     if choice is None:
         return "-", "-", "-"
     return _name(run, choice.destination), f"{len(choice.candidate)}", f"{choice.payload_byte:,}"
-
-
-def _draw(run: TrackRun, times_ns: Sequence[int], out: Path, *, quiet: bool) -> None:
-    from netsim.snapshots.picture import MOST_PANELS, write_picture
-
-    if len(times_ns) > MOST_PANELS:
-        message = f"--at: expected at most {MOST_PANELS} instants in one picture, got {len(times_ns)}; draw several"
-        raise ScenarioError(message)
-    write_picture(run, times_ns, out)
-    if not quiet:
-        say(f"wrote {out}")

@@ -142,7 +142,8 @@ def _first(contents: Contents) -> str | None:
     """The curves that belong to what the map or the graphical model shows, if they are more than energy."""
     if _graph_first(contents):
         return _ROUNDS
-    return _TRACK if {"/map/beliefs", _TRACK_ORIGIN} <= {*contents.present} else None
+    beliefs = {"/map/beliefs", "/map/particles"} & {*contents.present}
+    return _TRACK if beliefs and _TRACK_ORIGIN in contents.present else None
 
 
 def _graph_first(contents: Contents) -> bool:

@@ -22,6 +22,7 @@ from netsim.replay.lives import DownTrack
 from netsim.replay.marks import EstimateTrack, NodeColourTrack, TargetTrack
 from netsim.replay.nodes import node_chunks
 from netsim.replay.options import Pace, ReplayOptions, decide
+from netsim.replay.particles import ParticleTrack
 from netsim.replay.plots import AccuracyTrack, RateTrack, RoundTrack
 from netsim.replay.routes import RouteTrack
 from netsim.replay.scene import Scene, field_chunks, load_scene
@@ -144,5 +145,5 @@ def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) ->
 def _tracks(setting: Setting) -> list[Track]:
     tracks: list[Track] = [make(setting) for make in (LinkTrack, RouteTrack, RateTrack, NodeColourTrack, DownTrack)]
     tracks += [make(setting) for make in (FaultTrack, TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
-    tracks += [make(setting) for make in (BeliefTrack, LeaderTrack, TrailTrack)]
+    tracks += [make(setting) for make in (BeliefTrack, ParticleTrack, LeaderTrack, TrailTrack)]
     return tracks

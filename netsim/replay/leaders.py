@@ -18,6 +18,7 @@ from netsim.trace.events import Handoff, NodeLife, Role
 _SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 _LEADER_HALF, _NEIGHBOUR_HALF = 2.1, 1.8  # node radii
 _LEADER = "leader"
+"""First word of the role; where a node leads several tracks, their numbers follow."""
 
 Choice = tuple[int, int, tuple[int, ...]]
 """Rows of the leader, of the next one, and of all among whom it was chosen."""
@@ -32,18 +33,19 @@ class LeaderTrack:
     def __init__(self, setting: Setting) -> None:
         self._scene = setting.scene
         self._pace = setting.pace
-        self._roles: list[tuple[int, int, bool]] = []
+        self._roles: list[tuple[int, int, str, bool]] = []
         self._choices: list[tuple[int, str, Choice]] = []
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """Keep them; the marks are drawn at the end."""
         if batch.topic == NodeLife.topic:
-            down = [(at_ns, row, False) for at_ns, row, event in changes(batch, self._scene) if is_down(event)]
-            self._roles += down
+            self._roles += [
+                (at_ns, row, "", False) for at_ns, row, event in changes(batch, self._scene) if is_down(event)
+            ]
         elif batch.topic == Role.topic:
             rows = self._scene.rows(batch.numbers("node")).tolist()
             parts = zip(batch.time_ns.tolist(), rows, batch.texts("role"), batch.flags("holds").tolist(), strict=True)
-            self._roles += [(at_ns, row, holds) for at_ns, row, role, holds in parts if role == _LEADER and row >= 0]
+            self._roles += [part for part in parts if part[2].split(" ")[0] == _LEADER and part[1] >= 0]
         else:
             self._take_choices(batch)
         yield from ()
@@ -70,12 +72,15 @@ class LeaderTrack:
             yield from self._arrows({at_ns: [(a, b) for a, b, _ in each] for at_ns, each in choices.items()})
 
     def _leading(self) -> dict[int, list[int]]:
-        """Rows of the leaders from each instant on."""
-        leading: set[int] = set()
+        """Rows of the leaders from each instant on; who goes down leads nothing any more."""
+        leading: set[tuple[int, str]] = set()
         shown: dict[int, list[int]] = {}
-        for at_ns, row, holds in sorted(self._roles, key=lambda change: change[0]):
-            (leading.add if holds else leading.discard)(row)
-            shown[max(at_ns, self._pace.start_ns)] = sorted(leading)
+        for at_ns, row, role, holds in sorted(self._roles, key=lambda change: change[0]):
+            if holds:
+                leading.add((row, role))
+            else:
+                leading -= {held for held in leading if held[0] == row and role in ("", held[1])}
+            shown[max(at_ns, self._pace.start_ns)] = sorted({row for row, _ in leading})
         return shown
 
     def _chosen(self) -> dict[int, list[Choice]]:

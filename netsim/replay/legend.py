@@ -141,6 +141,10 @@ def _track_marks(present: Collection[str]) -> Iterator[Mark]:
             "belief: likely to unlikely",
             discs=[(s, 0.7, tuple(c)) for s, c in zip((-1.3, 0.0, 1.3), colours, strict=True)],
         )
+    if "/map/particles" in present:
+        colours = [style.kind_colour(track) for track in range(3)]
+        discs = [(s, size, c) for s, size, c in zip((-1.3, 0.0, 1.3), (0.2, 0.4, 0.6), colours, strict=True)]
+        yield Mark("particles of a track, larger by weight", discs=discs)
     if "/map/leaders" in present:
         yield Mark("leader", square=(style.LEADER, 0.9))
     if "/map/neighbours" in present:

@@ -94,6 +94,7 @@ _LAYERS = (
     "links",
     "routes",
     "model",
+    "particles",
     "targets",
     "acks",
     "messages",

@@ -31,6 +31,7 @@ from netsim.trace.events import (
     Log,
     Marginals,
     PairProbabilities,
+    Particles,
     Role,
 )
 from netsim.trace.recorder import Recorder
@@ -52,6 +53,7 @@ RECORDABLE = (
     Identity,
     Marginals,
     PairProbabilities,
+    Particles,
     Role,
 )
 """What an algorithm may put into the trace besides log lines."""

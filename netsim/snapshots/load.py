@@ -1,4 +1,4 @@
-"""From a trace to its track: sensors, targets, beliefs, estimates, choices of leaders."""
+"""From a trace to its tracks: sensors, targets, beliefs, estimates, identities, choices of leaders."""
 
 import json
 from collections.abc import Mapping
@@ -11,6 +11,7 @@ import numpy as np
 
 from netsim.errors import ScenarioError, TraceError
 from netsim.kernels.grid_belief import GridBelief
+from netsim.kernels.semiring import FloatArray
 from netsim.metrics.leaders import Leaders, Span
 from netsim.metrics.tracking_beliefs import belief_of
 from netsim.metrics.tracks import Points, TargetTruth
@@ -21,15 +22,23 @@ from netsim.trace.events import (
     Event,
     FieldInfo,
     Handoff,
+    Identity,
+    MessageSent,
     NodeLife,
     NodeTable,
+    Particles,
     Problem,
     Role,
     TruthTargets,
 )
 from netsim.trace.reader import read_trace, trace_metadata
 
-_KINDS = (Belief, EnergyLedger, Estimate, FieldInfo, Handoff, NodeLife, NodeTable, Problem, Role, TruthTargets)
+_KINDS = (
+    Belief, EnergyLedger, Estimate, FieldInfo, Handoff, Identity, MessageSent, NodeLife, NodeTable, Particles, Problem, Role,
+    TruthTargets,
+)  # fmt: skip
+WORD = "word"
+"""Kind of the messages in which leaders tell each other who is who."""
 _TOPICS = {each.topic for each in _KINDS}
 _DOWN, _UP = ("died", "crashed"), ("started", "rebooted")
 
@@ -72,6 +81,35 @@ class Guess:
     place_m: Place
 
 
+@dataclass(frozen=True, slots=True)
+class Cloud:
+    """The particles of a group as its leader recorded them.
+
+    Attributes:
+        time_ns: When.
+        node: The leader.
+        tracks: Numbers of the tracks of the group.
+        weights: Of the particles, shape (particles,).
+        places_m: Where they were drawn before the measurement, shape (tracks, particles, 2).
+    """
+
+    time_ns: int
+    node: int
+    tracks: tuple[int, ...]
+    weights: FloatArray
+    places_m: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Whom a track follows, by target, as a node told it."""
+
+    time_ns: int
+    node: int
+    track: int
+    probability: tuple[float, ...]
+
+
 @dataclass
 class TrackRun:
     """A run that tracks.
@@ -85,7 +123,11 @@ class TrackRun:
         sinks: Nodes with the role of a sink.
         truth: Where targets are.
         targets: The same as it was recorded.
-        steps: All beliefs, in order.
+        range_m: Within which sensors are of a target's group; None where there are no groups.
+        steps: All beliefs on grids, in order.
+        clouds: All beliefs as particles, in order.
+        rows: All beliefs of who is who, in order.
+        words: When which leader told which other one of that.
         guesses: All estimates, in order.
         choices: Whom a node chose at a step of a line: the last whom it tried, among all from whom it could choose.
         leaders: Nodes that ever lead.
@@ -101,7 +143,11 @@ class TrackRun:
     sinks: set[int] = field(default_factory=set)
     truth: TargetTruth = field(default_factory=TargetTruth)
     targets: list[tuple[int, Points]] = field(default_factory=list)
+    range_m: float | None = None
     steps: list[Step] = field(default_factory=list)
+    clouds: list[Cloud] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    words: list[tuple[int, int, int]] = field(default_factory=list)
     guesses: list[Guess] = field(default_factory=list)
     choices: dict[tuple[int, Line, int], Handoff] = field(default_factory=dict)
     leaders: set[int] = field(default_factory=set)
@@ -141,7 +187,7 @@ def load_track(trace: Path) -> TrackRun:
     """Read the track of a run.
 
     Raises:
-        ScenarioError: If nobody recorded a belief on a grid.
+        ScenarioError: If nobody recorded a belief of where a target is.
         TraceError: If the trace cannot be read, has no nodes or no field.
     """
     metadata = trace_metadata(trace)
@@ -157,7 +203,7 @@ def load_track(trace: Path) -> TrackRun:
     if not run.places_m or run.box_m is None:
         message = f"{trace}: expected a table of nodes and a field, got none"
         raise TraceError(message)
-    if not run.steps:
+    if not run.steps and not run.clouds:
         message = f"{trace}: expected beliefs of where a target is, got none; the algorithm records none"
         raise ScenarioError(message)
     return run
@@ -177,6 +223,8 @@ def _take_field(run: TrackRun, event: FieldInfo, _: int) -> None:
 def _take_problem(run: TrackRun, event: Problem, _: int) -> None:
     if event.kind == "tracking":
         run.measures = {each["node"]: each["measures"] for each in json.loads(event.content_json)["sensors"]}
+    elif event.kind == "energy-tracking":
+        run.range_m = float(json.loads(event.content_json)["sensing_range_m"])
 
 
 def _take_truth(run: TrackRun, event: TruthTargets, now_ns: int) -> None:
@@ -188,6 +236,21 @@ def _take_truth(run: TrackRun, event: TruthTargets, now_ns: int) -> None:
 def _take_belief(run: TrackRun, event: Belief, now_ns: int) -> None:
     if len(event.cell):
         run.steps.append(Step(now_ns, event.node, (event.target, event.thread), event.step, belief_of(event)))
+
+
+def _take_particles(run: TrackRun, event: Particles, now_ns: int) -> None:
+    tracks = tuple(map(int, event.target))
+    places_m = np.column_stack([event.x_m, event.y_m]).astype(float).reshape(len(tracks), -1, 2)
+    run.clouds.append(Cloud(now_ns, event.node, tracks, np.asarray(event.weight, float), places_m))
+
+
+def _take_identity(run: TrackRun, event: Identity, now_ns: int) -> None:
+    run.rows.append(Row(now_ns, event.node, event.track, tuple(map(float, event.probability))))
+
+
+def _take_message(run: TrackRun, event: MessageSent, now_ns: int) -> None:
+    if event.kind == WORD:
+        run.words.append((now_ns, event.source, event.destination))
 
 
 def _take_estimate(run: TrackRun, event: Estimate, now_ns: int) -> None:
@@ -220,6 +283,9 @@ _TAKE: Mapping[type[Event], Any] = {
     Problem: _take_problem,
     TruthTargets: _take_truth,
     Belief: _take_belief,
+    Particles: _take_particles,
+    Identity: _take_identity,
+    MessageSent: _take_message,
     Estimate: _take_estimate,
     Handoff: _take_handoff,
     Role: _take_role,

@@ -17,3 +17,13 @@ CELLS: Final = ("#ffffff", "#dcd9ec", "#a9a3cf", "#6a5fae", "#3a2a7c", "#1c0f4d"
 """From no probability to that of the most probable cell."""
 SPREAD: Final = "#a9a3cf"
 OUTAGE: Final = "#D7191C"
+TRACKS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5C3E", "#5B5BD6")
+"""Of targets and tracks by number; a track and the target that it began with have the same one."""
+JOINT: Final = "#6b7280"
+WORD: Final = "#5B21B6"
+QUIET_SENSOR: Final = "#b9c2cc"
+
+
+def track_colour(number: int) -> str:
+    """The colour of a track or target."""
+    return TRACKS[number % len(TRACKS)]

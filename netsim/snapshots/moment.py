@@ -61,9 +61,9 @@ def moment(run: TrackRun, time_ns: int) -> Moment:
         if time_ns - s_to_ns(HOLD_S) <= step.time_ns <= time_ns:
             alive[step.line] = step
     targets = run.truth.at(time_ns)
-    ways = {target: [*_way(run, target, time_ns), place_m] for target, place_m in targets.items()}
+    ways = {target: [*way(run, target, time_ns), place_m] for target, place_m in targets.items()}
     tracks = {line: _now(run, step) for line, step in sorted(alive.items())}
-    return Moment(time_ns, tracks, targets, ways, _down(run, time_ns))
+    return Moment(time_ns, tracks, targets, ways, down(run, time_ns))
 
 
 def _now(run: TrackRun, step: Step) -> Now:
@@ -75,16 +75,18 @@ def _now(run: TrackRun, step: Step) -> Now:
     return Now(step, run.choice(step), trail, led[-_SHOWN_LEADERS:] if step.node in run.leaders else [])
 
 
-def _way(run: TrackRun, target: int, time_ns: int) -> list[Place]:
+def way(run: TrackRun, target: int, time_ns: int) -> list[Place]:
+    """Where a target was until an instant, as it was recorded."""
     return [places[target] for at_ns, places in run.targets if at_ns <= time_ns and target in places]
 
 
-def _down(run: TrackRun, time_ns: int) -> frozenset[int]:
-    down: set[int] = set()
+def down(run: TrackRun, time_ns: int) -> frozenset[int]:
+    """Nodes that are dead or crashed at an instant."""
+    found: set[int] = set()
     for at_ns, node, is_down in run.lives:
         if at_ns <= time_ns:
-            (down.add if is_down else down.discard)(node)
-    return frozenset(down)
+            (found.add if is_down else found.discard)(node)
+    return frozenset(found)
 
 
 def usual_times_ns(run: TrackRun) -> list[int]:

@@ -36,7 +36,7 @@ def draw_panel(axes: Axes, run: TrackRun, moment: Moment) -> None:
     for x_m, y_m in moment.targets.values():
         axes.plot(x_m, y_m, marker="+", color="white", ms=15, mew=4.5, zorder=7)
         axes.plot(x_m, y_m, marker="+", color=look.TARGET, ms=13, mew=2.4, zorder=8)
-    _frame(axes, run)
+    frame(axes, run)
     axes.set_title(in_seconds(moment.time_ns), loc="left")
     axes.set_title(said(run, moment), loc="right", fontsize=8, fontweight="normal", color=flow_look.SOFT)
 
@@ -88,11 +88,11 @@ def _name_tracks(axes: Axes, run: TrackRun, moment: Moment) -> None:
 
 def _draw_ways(axes: Axes, run: TrackRun, moment: Moment) -> None:
     for way in moment.ways_m.values():
-        axes.plot(*_columns(way), color=look.TARGET, lw=1.1, alpha=0.55, zorder=2)
+        axes.plot(*columns(way), color=look.TARGET, lw=1.1, alpha=0.55, zorder=2)
     for now in moment.tracks.values():
-        axes.plot(*_columns(now.led_m), color=look.LEADER, lw=0.9, ls=(0, (3, 2)), alpha=0.75, zorder=3)
+        axes.plot(*columns(now.led_m), color=look.LEADER, lw=0.9, ls=(0, (3, 2)), alpha=0.75, zorder=3)
         colour = run.lines.index(now.step.line) % len(look.LINES)
-        axes.plot(*_columns(now.trail_m), color=look.LINES[colour], lw=0.9, marker=".", ms=3.2, mew=0, zorder=5)
+        axes.plot(*columns(now.trail_m), color=look.LINES[colour], lw=0.9, marker=".", ms=3.2, mew=0, zorder=5)
         if now.trail_m:
             axes.plot(*now.trail_m[-1], marker="o", ms=5.5, mfc="white", mec=look.LINES[colour], mew=1.4, zorder=8)
 
@@ -100,11 +100,11 @@ def _draw_ways(axes: Axes, run: TrackRun, moment: Moment) -> None:
 def _draw_sensors(axes: Axes, run: TrackRun, down: Iterable[int]) -> None:
     for measures, colour in (("amplitude", look.AMPLITUDE), ("bearing", look.BEARING)):
         places = [run.places_m[node] for node, what in run.measures.items() if what == measures and node not in down]
-        axes.plot(*_columns(places), mfc=colour, **_SENSOR)
+        axes.plot(*columns(places), mfc=colour, **_SENSOR)
     broken = [run.places_m[node] for node in down if node in run.places_m]
-    axes.plot(*_columns(broken), **_DOWN)
+    axes.plot(*columns(broken), **_DOWN)
     sinks = [run.places_m[node] for node in sorted(run.sinks)]
-    axes.plot(*_columns(sinks), ls="", marker="*", ms=13, mfc=look.CENTRE, mec="white", mew=0.8, zorder=6)
+    axes.plot(*columns(sinks), ls="", marker="*", ms=13, mfc=look.CENTRE, mec="white", mew=0.8, zorder=6)
 
 
 def _draw_leader(axes: Axes, run: TrackRun, now: Now) -> None:
@@ -116,18 +116,19 @@ def _draw_leader(axes: Axes, run: TrackRun, now: Now) -> None:
     if now.choice is None:
         return
     others = [run.places_m[int(node)] for node in now.choice.candidate if int(node) in run.places_m]
-    axes.plot(*_columns(others), ms=10.5, mec=look.NEIGHBOUR, mew=1.5, zorder=6, **_SQUARE)
+    axes.plot(*columns(others), ms=10.5, mec=look.NEIGHBOUR, mew=1.5, zorder=6, **_SQUARE)
     following = run.places_m.get(now.choice.destination)
     if following is not None:
         arrow = {"arrowstyle": "-|>", "color": look.LEADER, "lw": 1.4, "shrinkA": 7, "shrinkB": 6, "mutation_scale": 10}
         axes.annotate("", following, here, arrowprops=arrow, zorder=7)
 
 
-def _frame(axes: Axes, run: TrackRun) -> None:
+def frame(axes: Axes, run: TrackRun) -> None:
+    """Limits of a map that holds the field and all nodes, and a line around the field."""
     if run.box_m is None:
         return
     low_x, low_y, high_x, high_y = run.box_m
-    xs, ys = _columns([*run.places_m.values(), (low_x, low_y), (high_x, high_y)])
+    xs, ys = columns([*run.places_m.values(), (low_x, low_y), (high_x, high_y)])
     margin_m = 0.02 * max(max(xs) - min(xs), max(ys) - min(ys))
     axes.set_xlim(min(xs) - margin_m, max(xs) + margin_m)
     axes.set_ylim(min(ys) - margin_m, max(ys) + margin_m)
@@ -138,7 +139,8 @@ def _frame(axes: Axes, run: TrackRun) -> None:
     axes.spines[:].set_color(flow_look.GRID)
 
 
-def _columns(places_m: Sequence[Place]) -> tuple[list[float], list[float]]:
+def columns(places_m: Sequence[Place]) -> tuple[list[float], list[float]]:
+    """All x and all y of some places."""
     return [x_m for x_m, _ in places_m], [y_m for _, y_m in places_m]
 
 

@@ -16,9 +16,6 @@ from netsim.snapshots.moment import HOLD_S, Moment, in_seconds, moment
 from netsim.snapshots.panel import CELL_COLOURS, CELL_SCALE, draw_panel, legend_handles
 from netsim.units import NS_PER_S
 
-MOST_PANELS = 12
-"""Panels that one picture may have."""
-
 _WIDE_IN = 3.0
 _TALL_IN = 5.4  # a panel is at most so high
 _TEXT_IN = 0.65
@@ -49,7 +46,7 @@ def draw(run: TrackRun, times_ns: Sequence[int]) -> Figure:
     moments = [moment(run, time_ns) for time_ns in times_ns]
     rows = -(-len(moments) // _COLUMNS)
     across = -(-len(moments) // rows)
-    wide_in, tall_in = _panel_in(run)
+    wide_in, tall_in = panel_in(run)
     panels_in = _HEAD_IN + rows * (tall_in + _TEXT_IN)
     size_in = max(7.6, across * (wide_in + 0.25) + 0.9), panels_in + _LEGEND_IN + _STRIP_IN
     figure = Figure(figsize=size_in, layout="constrained")
@@ -64,7 +61,7 @@ def draw(run: TrackRun, times_ns: Sequence[int]) -> Figure:
     return figure
 
 
-def _panel_in(run: TrackRun) -> tuple[float, float]:
+def panel_in(run: TrackRun) -> tuple[float, float]:
     """Width and height of a panel in inches, in the field's proportions."""
     low_x, low_y, high_x, high_y = run.box_m or (0.0, 0.0, 1.0, 1.0)
     tall = (high_y - low_y) / (high_x - low_x)
@@ -100,7 +97,7 @@ def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
         colour = look.LINES[number % len(look.LINES)]
         said = f"error, {run.line_name(line)}" if several else "error"
         label = said if several or not number else None
-        times_s, errors_m = _errors(run, line)
+        times_s, errors_m = errors_of(run, line)
         axes.plot(times_s, errors_m, color=colour, lw=1.1, marker=".", ms=3.5, label=label)
         beyond = [time_s for time_s, off_m in zip(times_s, errors_m, strict=True) if off_m > top_m]
         axes.plot(beyond, [0.97 * top_m] * len(beyond), color=colour, marker="^", ms=4, ls="", mew=0)
@@ -110,7 +107,8 @@ def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
     for number, (begin_ns, end_ns) in enumerate(run.outages_ns):
         label = "no leader" if not number else None
         axes.axvspan(begin_ns / NS_PER_S, end_ns / NS_PER_S, color=look.OUTAGE, alpha=0.35, lw=0, label=label)
-    _mark_instants(axes, run, moments)
+    span_ns = run.steps[0].time_ns, run.steps[-1].time_ns
+    mark_instants(axes, span_ns, [each.time_ns for each in moments])
     axes.set_ylim(0.0, top_m)
     axes.margins(x=0.01)
     axes.spines[["top", "right"]].set_visible(False)
@@ -119,22 +117,26 @@ def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
     axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=6, borderaxespad=0.0)
 
 
-def _mark_instants(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
-    apart_ns = _APART * (run.steps[-1].time_ns - run.steps[0].time_ns)
+def mark_instants(axes: Axes, span_ns: tuple[int, int], times_ns: Sequence[int]) -> None:
+    """Mark the instants of panels on a curve over time; of those that are close together the first is named."""
+    apart_ns = _APART * (span_ns[1] - span_ns[0])
     named_ns = -math.inf
-    for each in moments:
-        axes.axvline(each.time_ns / NS_PER_S, color=look.LEADER, lw=0.9, ls=(0, (3, 2)))
-        if each.time_ns - named_ns >= apart_ns:
-            named_ns = each.time_ns
+    for time_ns in times_ns:
+        axes.axvline(time_ns / NS_PER_S, color=look.LEADER, lw=0.9, ls=(0, (3, 2)))
+        if time_ns - named_ns >= apart_ns:
+            named_ns = time_ns
             axes.annotate(
-                in_seconds(each.time_ns), (each.time_ns / NS_PER_S, 1.0), (3, -2), xycoords=("data", "axes fraction"),
+                in_seconds(time_ns), (time_ns / NS_PER_S, 1.0), (3, -2), xycoords=("data", "axes fraction"),
                 textcoords="offset points", va="top", fontsize=7.5, color=look.LEADER,
                 bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
             )  # fmt: skip
 
 
-def _errors(run: TrackRun, line: Line) -> tuple[list[float], list[float]]:
-    """Times and errors; a gap, so that no line bridges it, where nothing is said for long."""
+def errors_of(run: TrackRun, line: Line) -> tuple[list[float], list[float]]:
+    """Times in seconds, and distances in metres of a line's estimates from the nearest target.
+
+    There is a gap, so that no line bridges it, where nothing is said for long.
+    """
     pairs = [
         (each.time_ns / NS_PER_S, run.truth.nearest_m(each.time_ns, each.place_m))
         for each in run.guesses

@@ -473,6 +473,28 @@ class Belief:
 
 
 @dataclass(frozen=True, slots=True)
+class Particles:
+    """A leader's belief of where the target of a track is, or jointly those of several tracks, after a measurement.
+
+    The particles are where they were drawn before the measurement, and their weights are what it made of them.
+    """
+
+    topic: ClassVar[str] = "/particles"
+    node: U32
+    step: U32
+    """Number of the tracks' measurement instant."""
+    target: U32Array
+    """Numbers of the tracks, as in `Estimate.target`."""
+    count: U32
+    """How many particles the belief has; those told may be an even choice of them."""
+    weight: F32Array
+    """Of each particle told."""
+    x_m: F32Array
+    """Places by track, for each track those of all particles told."""
+    y_m: F32Array
+
+
+@dataclass(frozen=True, slots=True)
 class Handoff:
     """A leader chose the next leader of a track and begins to hand the belief over."""
 
@@ -560,6 +582,7 @@ Event = (
     | Estimate
     | Identity
     | Belief
+    | Particles
     | Handoff
     | Role
     | AlgorithmRecord

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from tracked import HALF_S, write_track
 
-from netsim.cli.track import chosen_times_ns, track_command
+from netsim.cli.track import track_command
+from netsim.cli.track_times import chosen_times_ns
 from netsim.errors import ScenarioError
 from netsim.snapshots.load import load_track
 
@@ -42,7 +43,8 @@ def test_a_picture_and_the_instants_in_it(trace: Path, tmp_path: Path, capsys: p
 
 def test_a_belief_right_after_the_instant_is_meant(trace: Path) -> None:
     run = load_track(trace)
-    assert chosen_times_ns(run, [0.99, 0.49, 0.7, 0.49, 8.5]) == [HALF_S, 700_000_000, 2 * HALF_S, 8_500_000_000]
+    told_ns = [step.time_ns for step in run.steps]
+    assert chosen_times_ns(told_ns, [0.99, 0.49, 0.7, 0.49, 8.5]) == [HALF_S, 700_000_000, 2 * HALF_S, 8_500_000_000]
 
 
 def test_what_is_wrong_is_told(trace: Path, tmp_path: Path) -> None:
