@@ -21,7 +21,8 @@ class FloodParameters:
     hops: Annotated[int, Ge(0), Le(255)] = 4
     """How many hops; 0 floods nothing."""
     round_s: Positive = 5.0
-    """How long a neighbour is waited for in each round; one that is silent for so long is given up."""
+    """How long a neighbour is waited for in each round, besides `spread_s` for each round so far; one that is silent for so
+    long is given up."""
     attempts: PositiveInt = 3
     """How often what a neighbour should have told is asked for in that time."""
     spread_s: NonNegative = 1.0

@@ -58,7 +58,7 @@ class FloodSettings:
 
     Attributes:
         hops: How far, at most 255.
-        round_ns: How long a partner is waited for in one round.
+        round_ns: How long a partner is waited for in one round, besides a spread for each round so far.
         attempts: How often a missing bundle is asked for in that time.
         spread_ns: Each bundle is sent at a random moment of so much time after it could be, so that nodes do not all speak
             at once: a barrier ends for all of them together.
@@ -142,8 +142,11 @@ class FloodRounds:
         """Until every partner's bundle of this round has come, or the round's time is over; ask for what is missing."""
         node, settings = self._node, self._settings
         begin_ns = node.now_ns
+        wait_ns = (
+            settings.round_ns + number * settings.spread_ns
+        )  # others have paused as often, and waited for the dead
         for attempt in range(1, settings.attempts + 2):
-            end_ns = begin_ns + attempt * settings.round_ns // (settings.attempts + 1)
+            end_ns = begin_ns + attempt * wait_ns // (settings.attempts + 1)
             while self._missing(number, flooded) and node.now_ns < end_ns:
                 message = yield from node.receive(
                     kinds={self._kind, self._kind + REQUEST}, timeout_ns=end_ns - node.now_ns
