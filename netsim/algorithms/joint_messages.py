@@ -10,6 +10,7 @@ import numpy as np
 
 from netsim.algorithms.joint_acquaintances import Acquaintances
 from netsim.algorithms.joint_identity_messages import decode_acquaintances, encode_acquaintances
+from netsim.algorithms.joint_particles import decode_particles, encode_particles
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.kernels.particles import ParticleBelief, equal_weights
 from netsim.kernels.semiring import FloatArray
@@ -17,7 +18,9 @@ from netsim.kernels.semiring import FloatArray
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HI")  # leader, track
-_GIVEN = Record("IHBBBH")  # step, turn, whether it is parted and has met, quiet readings, tracks, particles
+_GIVEN = Record("IHBBBH")  # step, turn, flags, quiet readings, tracks, particles that are named
+_PARTED, _MET, _COUNTED = 1, 2, 4
+"""Flags: it is parted, it has met, its particles have counts."""
 _TRACK = Record("I")
 _TAKEN = Record("IH")  # step, turn
 _MOST_QUIET = 0xFF
@@ -164,22 +167,20 @@ def label_of(tracks: Sequence[int]) -> str:
 
 
 def encode_given(held: Held, width: FloatWidth) -> bytes:
-    """A group as it is given; its particles have equal weights."""
-    count, tracks, _ = held.belief.positions_m.shape
-    flags, quiet = held.is_parted | held.has_met << 1, min(held.quiet, _MOST_QUIET)
-    head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, count)
-    head += b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known)
-    return head + encode_floats(held.belief.positions_m.ravel(), width)
+    """A group as it is given; its particles have equal weights, and those that are alike are named once."""
+    particles, named, has_counts = encode_particles(held.belief.positions_m, width)
+    flags = _PARTED * held.is_parted | _MET * held.has_met | _COUNTED * has_counts
+    head = _GIVEN.pack(held.step, held.turn, flags, min(held.quiet, _MOST_QUIET), len(held.tracks), named)
+    return head + b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known) + particles
 
 
 def decode_given(data: bytes, width: FloatWidth) -> Held:
-    """The inverse of `encode_given`."""
-    step, turn, flags, quiet, count, particles = _GIVEN.unpack(data)
+    """The inverse of `encode_given`, but for the order of the particles: that of their coordinates."""
+    step, turn, flags, quiet, count, named = _GIVEN.unpack(data)
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
     known, end = decode_acquaintances(data, offset)
-    positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
-    is_parted, has_met = bool(flags & 1), bool(flags >> 1)
-    return Held(step, turn, tracks, equal_weights(positions_m), known, is_parted, has_met, quiet)
+    belief = equal_weights(decode_particles(data[end:], named, bool(flags & _COUNTED), count, width))
+    return Held(step, turn, tracks, belief, known, bool(flags & _PARTED), bool(flags & _MET), quiet)
 
 
 def encode_taken(held: Held) -> bytes:
