@@ -1,4 +1,8 @@
-"""A member's part: read when a leader calls, tell it, and take a track over whose leader has fallen silent."""
+"""A member's part: read when a leader calls, tell it, and take a track over whose leader has fallen silent.
+
+A member that hears no calls may only have missed them: it suspects the leader, and asks it by unicast before it takes over
+(Das, Gupta, Motivala 2002, SWIM, section 4.2: suspicion before a member is declared failed).
+"""
 
 from collections.abc import Callable, Collection
 
@@ -7,10 +11,20 @@ import numpy as np
 from netsim.algorithms.joint_belief import particles_of
 from netsim.algorithms.joint_book import Calls
 from netsim.algorithms.joint_groups import kept
-from netsim.algorithms.joint_messages import Call, Held, Reading, decode_call, encode_reading
-from netsim.algorithms.joint_station import CALL, READING, Station
+from netsim.algorithms.joint_messages import (
+    Call,
+    Held,
+    Reading,
+    decode_ask,
+    decode_call,
+    encode_ask,
+    encode_call,
+    encode_reading,
+)
+from netsim.algorithms.joint_station import ASK, CALL, LATEST, READING, Station
 from netsim.api import Message, Op
 from netsim.kernels.particles import uniform_disc
+from netsim.units import s_to_ns
 
 
 class Membership:
@@ -28,16 +42,17 @@ class Membership:
         self._calls = Calls(station)
 
     def hear(self, message: Message) -> None:
-        """Answer a call whose targets are in range, and watch over it; a claim is not to be answered."""
+        """Answer a call whose targets are in range, and watch over it; a claim, and what another heard, is not answered."""
         call, station = decode_call(message.payload), self._station
         if any(self._is_older(call, track) for track in call.tracks):
             return
         self.note(call)
-        self._calls.note(message.source, call)
+        if message.kind != LATEST:  # whoever passes a call on need not be the one who called
+            self._calls.note(message.source, call)
         if station.range_to_m(call.estimates_m) <= station.knowledge.sensing_range_m and message.kind == CALL:
             station.node.spawn(self._answer(message, call))
         if tracks := self._watched(call):
-            station.node.spawn(self._watch(call, tracks))
+            station.node.spawn(self._watch(message.source, call, tracks))
 
     def _watched(self, call: Call) -> tuple[int, ...]:
         """The tracks that this node is near to; of the others it might hear nothing once the group has split."""
@@ -78,16 +93,40 @@ class Membership:
             payload = encode_reading(Reading(call.step, energy, self._calls.sighted(call)))
             station.node.send(message.source, READING, payload, causes=[message])
 
-    def _watch(self, call: Call, tracks: Collection[int]) -> Op[None]:
-        """Take over those tracks for which nobody speaks any more; the nearest to the targets is the first to do so."""
+    def asked(self, message: Message) -> None:
+        """Tell the last words heard on some tracks, or said, if they are later than what the other knows."""
+        known, tracks = decode_ask(message.payload)
+        words = [self._heard[track] for track in tracks if track in self._heard]
+        for call in dict.fromkeys(words):
+            if (call.step, call.turn) > known:
+                self._station.node.send(message.source, LATEST, encode_call(call), causes=[message])
+
+    def _watch(self, source: int, call: Call, tracks: Collection[int]) -> Op[None]:
+        """Take over those tracks for which nobody speaks any more; the nearest to the targets is the first to do so.
+
+        Args:
+            source: Whom the call was heard from.
+            call: The last word.
+            tracks: Those of its tracks that this node watches.
+        """
         station, parameters = self._station, self._station.parameters
         range_share = station.range_to_m(call.estimates_m) / station.knowledge.sensing_range_m
         delay = 0.7 * range_share + 0.2 * float(station.node.rng("watch").random())
         silence_ns = (parameters.silence_steps + delay) * station.step_ns
         yield from station.node.pause_until(station.time_ns(call.step) + int(silence_ns))
-        held = kept(self._anew(call), [track for track in tracks if self._heard.get(track) is call])
+        if silent := self._silent(call, tracks):
+            station.node.send(source, ASK, encode_ask(call, silent))
+            yield from station.node.pause(s_to_ns(parameters.ask_s))
+            self._take_over(call, self._silent(call, silent))
+
+    def _silent(self, call: Call, tracks: Collection[int]) -> list[int]:
+        """Those of some tracks for which a call is still the last word."""
+        return [track for track in tracks if self._heard.get(track) is call]
+
+    def _take_over(self, call: Call, tracks: Collection[int]) -> None:
+        held = kept(self._anew(call), tracks)
         if held is not None:
-            station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
+            self._station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
             self._claim(held)
 
     def _anew(self, call: Call) -> Held:

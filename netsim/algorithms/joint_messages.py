@@ -23,6 +23,7 @@ _PARTED, _MET, _COUNTED = 1, 2, 4
 """Flags: it is parted, it has met, its particles have counts."""
 _TRACK = Record("I")
 _TAKEN = Record("IH")  # step, turn
+_ASK = Record("IH")  # step, turn
 _MOST_QUIET = 0xFF
 
 
@@ -58,6 +59,18 @@ def decode_call(data: bytes) -> Call:
     end = offset + size_byte(2 * count, "float32")
     estimates_m = decode_floats(data[offset:end], "float32").reshape(count, 2)
     return Call(step, turn, tracks, estimates_m, decode_acquaintances(data, end, "float32")[0])
+
+
+def encode_ask(call: Call, tracks: Sequence[int]) -> bytes:
+    """A question for later words on some tracks than a call."""
+    return _ASK.pack(call.step, call.turn) + b"".join(map(_TRACK.pack, tracks))
+
+
+def decode_ask(data: bytes) -> tuple[tuple[int, int], tuple[int, ...]]:
+    """The inverse of `encode_ask`: step and turn of the call, and the tracks."""
+    step, turn = _ASK.unpack(data)
+    count = (len(data) - _ASK.size_byte) // _TRACK.size_byte
+    return (int(step), int(turn)), _tracks(data, _ASK.size_byte, count)[0]
 
 
 def _tracks(data: bytes, offset: int, count: int) -> tuple[tuple[int, ...], int]:

@@ -15,13 +15,13 @@ from netsim.algorithms.joint_location import LOCATE, REGISTER
 from netsim.algorithms.joint_member import Membership
 from netsim.algorithms.joint_messages import Held, decode_given, encode_taken
 from netsim.algorithms.joint_parameters import JointTrackingParameters
-from netsim.algorithms.joint_station import CALL, CLAIM, END, GIVEN, READING, TAKEN, Station
+from netsim.algorithms.joint_station import ASK, CALL, CLAIM, END, GIVEN, LATEST, READING, TAKEN, Station
 from netsim.api import Message, NodeHandle, Op
 from netsim.errors import AlgorithmError
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.kernels.particles import uniform_disc
 
-_HEEDED = {CALL, CLAIM, END, GIVEN, READING, WORD, REGISTER, LOCATE}
+_HEEDED = {ASK, CALL, CLAIM, END, GIVEN, LATEST, READING, WORD, REGISTER, LOCATE}
 
 
 class JointTracking:
@@ -77,6 +77,10 @@ class _Tracker:
         if message.kind in (CALL, CLAIM):
             self._leading.hear(message)
             self._membership.hear(message)
+        elif message.kind == LATEST:
+            self._membership.hear(message)
+        elif message.kind == ASK:
+            self._membership.asked(message)
         elif message.kind == READING:
             self._leading.note_reading(message)
         elif message.kind == END:
