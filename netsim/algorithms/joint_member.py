@@ -1,17 +1,22 @@
 """A member's part: read when a leader calls, tell it, and take a track over whose leader has fallen silent.
 
 A member that hears no calls may only have missed them: it suspects the leader, and asks it by unicast before it takes over
-(Das, Gupta, Motivala 2002, SWIM, section 4.2: suspicion before a member is declared failed).
+(Das, Gupta, Motivala 2002, SWIM, section 4.2: suspicion before a member is declared failed). A former leader that has
+heard nothing newer itself passes the question on to whom it gave the track.
 """
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from netsim.algorithms.joint_belief import particles_of
 from netsim.algorithms.joint_book import Calls
 from netsim.algorithms.joint_groups import kept
+from netsim.algorithms.joint_location import Whereabouts
 from netsim.algorithms.joint_messages import (
+    Ask,
     Call,
     Held,
     Reading,
@@ -26,6 +31,9 @@ from netsim.api import Message, Op
 from netsim.kernels.particles import uniform_disc
 from netsim.units import s_to_ns
 
+_MOST_PASSED: Final = 4
+"""How often a question is passed on: a track changes hands once a reading, or twice, and questions come after few."""
+
 
 class Membership:
     """One node's memberships.
@@ -33,10 +41,11 @@ class Membership:
     Args:
         station: The node.
         claim: Lead a group whose leader has fallen silent.
+        whereabouts: Knows to whom this node gave tracks.
     """
 
-    def __init__(self, station: Station, claim: Callable[[Held], None]) -> None:
-        self._station, self._claim = station, claim
+    def __init__(self, station: Station, claim: Callable[[Held], None], whereabouts: Whereabouts) -> None:
+        self._station, self._claim, self._whereabouts = station, claim, whereabouts
         self._heard: dict[int, Call] = {}
         """The last word heard, by track."""
         self._calls = Calls(station)
@@ -94,12 +103,26 @@ class Membership:
             station.node.send(message.source, READING, payload, causes=[message])
 
     def asked(self, message: Message) -> None:
-        """Tell the last words heard on some tracks, or said, if they are later than what the other knows."""
-        known, tracks = decode_ask(message.payload)
-        words = [self._heard[track] for track in tracks if track in self._heard]
-        for call in dict.fromkeys(words):
-            if (call.step, call.turn) > known:
-                self._station.node.send(message.source, LATEST, encode_call(call), causes=[message])
+        """Tell the last words on some tracks, heard or said, that are later than what a member knows, or pass it on."""
+        ask = decode_ask(message.payload)
+        later = {track: call for track in ask.tracks if (call := self._later(track, ask)) is not None}
+        for call in dict.fromkeys(later.values()):
+            self._station.node.send(ask.member, LATEST, encode_call(call), causes=[message])
+        self._pass_on(message, ask, [track for track in ask.tracks if track not in later])
+
+    def _later(self, track: int, ask: Ask) -> Call | None:
+        call = self._heard.get(track)
+        return call if call is not None and (call.step, call.turn) > (ask.step, ask.turn) else None
+
+    def _pass_on(self, message: Message, ask: Ask, tracks: Collection[int]) -> None:
+        """Ask whom this node gave the tracks to."""
+        given = {track: receiver for track in tracks if (receiver := self._whereabouts.next_of(track)) is not None}
+        if ask.passed == _MOST_PASSED:
+            return
+        for receiver in sorted({*given.values()} - {ask.member}):
+            rest = tuple(track for track in given if given[track] == receiver)
+            payload = encode_ask(replace(ask, passed=ask.passed + 1, tracks=rest))
+            self._station.node.send(receiver, ASK, payload, causes=[message])
 
     def _watch(self, source: int, call: Call, tracks: Collection[int]) -> Op[None]:
         """Take over those tracks for which nobody speaks any more; the nearest to the targets is the first to do so.
@@ -115,7 +138,8 @@ class Membership:
         silence_ns = (parameters.silence_steps + delay) * station.step_ns
         yield from station.node.pause_until(station.time_ns(call.step) + int(silence_ns))
         if silent := self._silent(call, tracks):
-            station.node.send(source, ASK, encode_ask(call, silent))
+            ask = Ask(call.step, call.turn, station.node.id, 0, tuple(silent))
+            station.node.send(source, ASK, encode_ask(ask))
             yield from station.node.pause(s_to_ns(parameters.ask_s))
             self._take_over(call, self._silent(call, silent))
 

@@ -23,7 +23,7 @@ _PARTED, _MET, _COUNTED = 1, 2, 4
 """Flags: it is parted, it has met, its particles have counts."""
 _TRACK = Record("I")
 _TAKEN = Record("IH")  # step, turn
-_ASK = Record("IH")  # step, turn
+_ASK = Record("IHHB")  # step, turn, member, how often passed on
 _MOST_QUIET = 0xFF
 
 
@@ -61,16 +61,35 @@ def decode_call(data: bytes) -> Call:
     return Call(step, turn, tracks, estimates_m, decode_acquaintances(data, end, "float32")[0])
 
 
-def encode_ask(call: Call, tracks: Sequence[int]) -> bytes:
-    """A question for later words on some tracks than a call."""
-    return _ASK.pack(call.step, call.turn) + b"".join(map(_TRACK.pack, tracks))
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """A member's question for later words on some tracks.
+
+    Attributes:
+        step: Of the last word that it heard.
+        turn: Of the same.
+        member: Node to answer to.
+        passed: How often the question was passed on.
+        tracks: Those of which it heard nothing since.
+    """
+
+    step: int
+    turn: int
+    member: int
+    passed: int
+    tracks: tuple[int, ...]
 
 
-def decode_ask(data: bytes) -> tuple[tuple[int, int], tuple[int, ...]]:
-    """The inverse of `encode_ask`: step and turn of the call, and the tracks."""
-    step, turn = _ASK.unpack(data)
+def encode_ask(ask: Ask) -> bytes:
+    """A question as it goes over the air."""
+    return _ASK.pack(ask.step, ask.turn, ask.member, ask.passed) + b"".join(map(_TRACK.pack, ask.tracks))
+
+
+def decode_ask(data: bytes) -> Ask:
+    """The inverse of `encode_ask`."""
     count = (len(data) - _ASK.size_byte) // _TRACK.size_byte
-    return (int(step), int(turn)), _tracks(data, _ASK.size_byte, count)[0]
+    step, turn, member, passed = _ASK.unpack(data)
+    return Ask(step, turn, member, passed, _tracks(data, _ASK.size_byte, count)[0])
 
 
 def _tracks(data: bytes, offset: int, count: int) -> tuple[tuple[int, ...], int]:

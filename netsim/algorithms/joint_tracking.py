@@ -47,7 +47,7 @@ class _Tracker:
         self._station = station
         self._identities = Identities(station)
         self._leading = Leading(station, lambda call: self._membership.note_own(call), self._identities)
-        self._membership = Membership(station, self._leading.claim)
+        self._membership = Membership(station, self._leading.claim, self._identities.whereabouts)
 
     def run(self) -> Op[None]:
         node = self._station.node
