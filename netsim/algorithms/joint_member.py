@@ -159,4 +159,4 @@ class Membership:
         elapsed = station.step - call.step + 1  # a call's estimates are a step old
         spread_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * elapsed
         belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
-        return Held(station.step, call.turn + 1, call.tracks, belief, call.known.recovered())
+        return Held(station.step, call.turn + 1, call.tracks, belief, call.known.recovered(), is_blank=True)

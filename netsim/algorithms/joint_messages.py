@@ -19,8 +19,10 @@ _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HI")  # leader, track
 _GIVEN = Record("IHBBBH")  # step, turn, flags, quiet readings, tracks, particles that are named
-_PARTED, _MET, _COUNTED = 1, 2, 4
-"""Flags: it is parted, it has met, its particles have counts."""
+_PARTED, _MET, _COUNTED, _BLANK_GIVEN = 1, 2, 4, 8
+"""Flags: it is parted, it has met, its particles have counts, it is blank."""
+_BLANK = 0x80
+"""Flag of a call in the number of tracks: it is blank."""
 _TRACK = Record("I")
 _TAKEN = Record("IH")  # step, turn
 _ASK = Record("IHHB")  # step, turn, member, how often passed on
@@ -37,6 +39,7 @@ class Call:
         tracks: The group's tracks, ascending.
         estimates_m: Where they were a step ago, shape (M, 2).
         known: What the leader knows of identities, as hearsay, for who takes over without being given anything.
+        is_blank: Whether the leader began anew and has had no reading yet.
     """
 
     step: int
@@ -44,21 +47,25 @@ class Call:
     tracks: tuple[int, ...]
     estimates_m: FloatArray
     known: Acquaintances
+    is_blank: bool = False
 
 
 def encode_call(call: Call) -> bytes:
     """A call as it goes over the air; estimates and rows as float32."""
-    head = _CALL.pack(call.step, call.turn, len(call.tracks)) + b"".join(map(_TRACK.pack, call.tracks))
+    count = len(call.tracks) | _BLANK * call.is_blank
+    head = _CALL.pack(call.step, call.turn, count) + b"".join(map(_TRACK.pack, call.tracks))
     return head + encode_floats(call.estimates_m.ravel(), "float32") + encode_acquaintances(call.known, "float32")
 
 
 def decode_call(data: bytes) -> Call:
     """The inverse of `encode_call`."""
-    step, turn, count = _CALL.unpack(data)
+    step, turn, flagged = _CALL.unpack(data)
+    count = flagged & ~_BLANK
     tracks, offset = _tracks(data, _CALL.size_byte, count)
     end = offset + size_byte(2 * count, "float32")
     estimates_m = decode_floats(data[offset:end], "float32").reshape(count, 2)
-    return Call(step, turn, tracks, estimates_m, decode_acquaintances(data, end, "float32")[0])
+    known, _ = decode_acquaintances(data, end, "float32")
+    return Call(step, turn, tracks, estimates_m, known, bool(flagged & _BLANK))
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +173,7 @@ class Held:
         is_parted: Whether it came from a split, and its groups have collided ever since.
         has_met: Whether its targets have been within the distance of separation since they were joined.
         quiet: Readings in a row in which no member read a target.
+        is_blank: Whether its belief began anew, and has no reading in it yet.
     """
 
     step: int
@@ -176,6 +184,7 @@ class Held:
     is_parted: bool = False
     has_met: bool = False
     quiet: int = 0
+    is_blank: bool = False
 
     @property
     def rows(self) -> FloatArray:
@@ -201,7 +210,7 @@ def label_of(tracks: Sequence[int]) -> str:
 def encode_given(held: Held, width: FloatWidth) -> bytes:
     """A group as it is given; its particles have equal weights, and those that are alike are named once."""
     particles, named, has_counts = encode_particles(held.belief.positions_m, width)
-    flags = _PARTED * held.is_parted | _MET * held.has_met | _COUNTED * has_counts
+    flags = _PARTED * held.is_parted | _MET * held.has_met | _COUNTED * has_counts | _BLANK_GIVEN * held.is_blank
     head = _GIVEN.pack(held.step, held.turn, flags, min(held.quiet, _MOST_QUIET), len(held.tracks), named)
     return head + b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known) + particles
 
@@ -212,7 +221,8 @@ def decode_given(data: bytes, width: FloatWidth) -> Held:
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
     known, end = decode_acquaintances(data, offset)
     belief = equal_weights(decode_particles(data[end:], named, bool(flags & _COUNTED), count, width))
-    return Held(step, turn, tracks, belief, known, bool(flags & _PARTED), bool(flags & _MET), quiet)
+    is_parted, has_met, is_blank = (bool(flags & flag) for flag in (_PARTED, _MET, _BLANK_GIVEN))
+    return Held(step, turn, tracks, belief, known, is_parted, has_met, quiet, is_blank)
 
 
 def encode_taken(held: Held) -> bytes:

@@ -71,7 +71,7 @@ class _Tracker:
         belief = uniform_disc(start.place_m, start.spread_m, station.parameters.particles, station.rng)
         row = np.eye(station.knowledge.targets)[start.track]
         known = Acquaintances.alone(start.track, row, Place(0, station.node.id))
-        self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, known))
+        self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, known, is_blank=True))
 
     def _heed(self, message: Message) -> None:
         if message.kind in (CALL, CLAIM):
