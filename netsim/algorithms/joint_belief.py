@@ -69,7 +69,11 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
     is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))
     return replace(
-        held, step=step, belief=resample(belief, count, station.rng), quiet=held.quiet + 1 if is_quiet else 0
+        held,
+        step=step,
+        belief=resample(belief, count, station.rng),
+        quiet=held.quiet + 1 if is_quiet else 0,
+        is_blank=held.is_blank and not nodes,
     )
 
 

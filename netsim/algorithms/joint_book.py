@@ -80,4 +80,4 @@ class Calls:
 
 def call_of(held: Held, step: int, places_m: FloatArray) -> Call:
     """What a leader says of a group."""
-    return Call(step, held.turn, held.tracks, places_m, held.known.hearsay())
+    return Call(step, held.turn, held.tracks, places_m, held.known.hearsay(), held.is_blank)

@@ -66,4 +66,4 @@ class Detection:
         station.node.log(f"a reading of {energy:.1f}, and no group called: beginning track {track}")
         belief = uniform_disc(station.place_m, range_m, station.parameters.particles, station.rng)
         known = Acquaintances.alone(track, np.full(targets, 1.0 / targets), Place(0, station.node.id))
-        self._claim(Held(step, 0, (track,), belief, known))
+        self._claim(Held(step, 0, (track,), belief, known, is_blank=True))

@@ -65,7 +65,8 @@ class Leading:
         """Lead a group, from the reading after its last one on, at the place that is returned."""
         for place in list(self._groups):
             self._lose(place, held.tracks)
-        self._turns.note(held.tracks, held.turn, self._station.node.id)
+        if not held.is_blank:  # what a live leader gives counts for more
+            self._turns.note(held.tracks, held.turn, self._station.node.id)
         place, self._next = self._next, self._next + 1
         self._groups[place] = held
         self._identities.lead(held)
@@ -83,22 +84,43 @@ class Leading:
         self._say(CLAIM, call)
 
     def hear(self, message: Message) -> None:
-        """Another leader's word: of two that lead a track the one with more turns goes on, of equal turns the lower node."""
+        """Another leader's word: of two that lead a track the one with more turns goes on, of equal turns the lower node.
+
+        But one that has begun anew and has no reading yet gives way to one that has lately had readings: such a claim is
+        false, made by a member that missed this leader's calls.
+        """
         call = decode_call(message.payload)
         if message.kind == CALL:
             self._calls.note(message.source, call)
-        self._turns.note(call.tracks, call.turn, message.source)
+        if not call.is_blank:
+            self._turns.note(call.tracks, call.turn, message.source)
         for place, held in list(self._groups.items()):
             if not set(held.tracks) & set(call.tracks):
                 continue
-            if (held.turn, -self._station.node.id) < (call.turn, -message.source):
+            if call.is_blank and not held.is_blank and held.step >= call.step - 1:
+                self._refute(place, message, call)
+            elif (held.turn, -self._station.node.id) < (call.turn, -message.source):
                 self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
                 self._lose(place, call.tracks)
                 common = sorted(set(held.tracks) & set(call.tracks))
                 self._identities.leave(common, Place(call.turn, message.source))
             elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
-                word = encode_call(call_of(held, held.step, places_of(held)))
-                self._station.node.send(message.source, CLAIM, word, causes=[message])
+                self._answer(place, message)
+
+    def _refute(self, place: int, message: Message, call: Call) -> None:
+        """Contradict a false claim, with a turn above its own (SWIM's incarnation numbers, Das et al. 2002, section 4.2)."""
+        if place in self._leaving:
+            return  # the turn is offered already; whoever takes the group hears the next call, and contradicts it
+        held = self._groups[place]
+        if held.turn <= call.turn:
+            self._groups[place] = replace(held, turn=call.turn + 1)
+            self._identities.lead(self._groups[place])
+        self._answer(place, message)
+
+    def _answer(self, place: int, message: Message) -> None:
+        held = self._groups[place]
+        word = encode_call(call_of(held, held.step, places_of(held)))
+        self._station.node.send(message.source, CLAIM, word, causes=[message])
 
     def note_reading(self, message: Message) -> None:
         """A member's reading, for all groups of this node that it is in."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from netsim.algorithms.joint_acquaintances import Acquaintances
 from netsim.algorithms.joint_identity_messages import decode_acquaintances, encode_acquaintances
+from netsim.algorithms.joint_particles import decode_particles, encode_particles
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.kernels.particles import ParticleBelief, equal_weights
 from netsim.kernels.semiring import FloatArray
@@ -17,9 +18,14 @@ from netsim.kernels.semiring import FloatArray
 _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HI")  # leader, track
-_GIVEN = Record("IHBBBH")  # step, turn, whether it is parted and has met, quiet readings, tracks, particles
+_GIVEN = Record("IHBBBH")  # step, turn, flags, quiet readings, tracks, particles that are named
+_PARTED, _MET, _COUNTED, _BLANK_GIVEN = 1, 2, 4, 8
+"""Flags: it is parted, it has met, its particles have counts, it is blank."""
+_BLANK = 0x80
+"""Flag of a call in the number of tracks: it is blank."""
 _TRACK = Record("I")
 _TAKEN = Record("IH")  # step, turn
+_ASK = Record("IHHB")  # step, turn, member, how often passed on
 _MOST_QUIET = 0xFF
 
 
@@ -33,6 +39,7 @@ class Call:
         tracks: The group's tracks, ascending.
         estimates_m: Where they were a step ago, shape (M, 2).
         known: What the leader knows of identities, as hearsay, for who takes over without being given anything.
+        is_blank: Whether the leader began anew and has had no reading yet.
     """
 
     step: int
@@ -40,21 +47,56 @@ class Call:
     tracks: tuple[int, ...]
     estimates_m: FloatArray
     known: Acquaintances
+    is_blank: bool = False
 
 
 def encode_call(call: Call) -> bytes:
     """A call as it goes over the air; estimates and rows as float32."""
-    head = _CALL.pack(call.step, call.turn, len(call.tracks)) + b"".join(map(_TRACK.pack, call.tracks))
+    count = len(call.tracks) | _BLANK * call.is_blank
+    head = _CALL.pack(call.step, call.turn, count) + b"".join(map(_TRACK.pack, call.tracks))
     return head + encode_floats(call.estimates_m.ravel(), "float32") + encode_acquaintances(call.known, "float32")
 
 
 def decode_call(data: bytes) -> Call:
     """The inverse of `encode_call`."""
-    step, turn, count = _CALL.unpack(data)
+    step, turn, flagged = _CALL.unpack(data)
+    count = flagged & ~_BLANK
     tracks, offset = _tracks(data, _CALL.size_byte, count)
     end = offset + size_byte(2 * count, "float32")
     estimates_m = decode_floats(data[offset:end], "float32").reshape(count, 2)
-    return Call(step, turn, tracks, estimates_m, decode_acquaintances(data, end, "float32")[0])
+    known, _ = decode_acquaintances(data, end, "float32")
+    return Call(step, turn, tracks, estimates_m, known, bool(flagged & _BLANK))
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """A member's question for later words on some tracks.
+
+    Attributes:
+        step: Of the last word that it heard.
+        turn: Of the same.
+        member: Node to answer to.
+        passed: How often the question was passed on.
+        tracks: Those of which it heard nothing since.
+    """
+
+    step: int
+    turn: int
+    member: int
+    passed: int
+    tracks: tuple[int, ...]
+
+
+def encode_ask(ask: Ask) -> bytes:
+    """A question as it goes over the air."""
+    return _ASK.pack(ask.step, ask.turn, ask.member, ask.passed) + b"".join(map(_TRACK.pack, ask.tracks))
+
+
+def decode_ask(data: bytes) -> Ask:
+    """The inverse of `encode_ask`."""
+    count = (len(data) - _ASK.size_byte) // _TRACK.size_byte
+    step, turn, member, passed = _ASK.unpack(data)
+    return Ask(step, turn, member, passed, _tracks(data, _ASK.size_byte, count)[0])
 
 
 def _tracks(data: bytes, offset: int, count: int) -> tuple[tuple[int, ...], int]:
@@ -131,6 +173,7 @@ class Held:
         is_parted: Whether it came from a split, and its groups have collided ever since.
         has_met: Whether its targets have been within the distance of separation since they were joined.
         quiet: Readings in a row in which no member read a target.
+        is_blank: Whether its belief began anew, and has no reading in it yet.
     """
 
     step: int
@@ -141,6 +184,7 @@ class Held:
     is_parted: bool = False
     has_met: bool = False
     quiet: int = 0
+    is_blank: bool = False
 
     @property
     def rows(self) -> FloatArray:
@@ -164,22 +208,21 @@ def label_of(tracks: Sequence[int]) -> str:
 
 
 def encode_given(held: Held, width: FloatWidth) -> bytes:
-    """A group as it is given; its particles have equal weights."""
-    count, tracks, _ = held.belief.positions_m.shape
-    flags, quiet = held.is_parted | held.has_met << 1, min(held.quiet, _MOST_QUIET)
-    head = _GIVEN.pack(held.step, held.turn, flags, quiet, tracks, count)
-    head += b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known)
-    return head + encode_floats(held.belief.positions_m.ravel(), width)
+    """A group as it is given; its particles have equal weights, and those that are alike are named once."""
+    particles, named, has_counts = encode_particles(held.belief.positions_m, width)
+    flags = _PARTED * held.is_parted | _MET * held.has_met | _COUNTED * has_counts | _BLANK_GIVEN * held.is_blank
+    head = _GIVEN.pack(held.step, held.turn, flags, min(held.quiet, _MOST_QUIET), len(held.tracks), named)
+    return head + b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known) + particles
 
 
 def decode_given(data: bytes, width: FloatWidth) -> Held:
-    """The inverse of `encode_given`."""
-    step, turn, flags, quiet, count, particles = _GIVEN.unpack(data)
+    """The inverse of `encode_given`, but for the order of the particles: that of their coordinates."""
+    step, turn, flags, quiet, count, named = _GIVEN.unpack(data)
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
     known, end = decode_acquaintances(data, offset)
-    positions_m = decode_floats(data[end:], width).reshape(particles, count, 2)
-    is_parted, has_met = bool(flags & 1), bool(flags >> 1)
-    return Held(step, turn, tracks, equal_weights(positions_m), known, is_parted, has_met, quiet)
+    belief = equal_weights(decode_particles(data[end:], named, bool(flags & _COUNTED), count, width))
+    is_parted, has_met, is_blank = (bool(flags & flag) for flag in (_PARTED, _MET, _BLANK_GIVEN))
+    return Held(step, turn, tracks, belief, known, is_parted, has_met, quiet, is_blank)
 
 
 def encode_taken(held: Held) -> bytes:

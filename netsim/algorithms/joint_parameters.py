@@ -50,7 +50,9 @@ class JointTrackingParameters:
     migrate_m: NonNegative = 15.0
     """The belief moves on when another sensor is nearer to the targets by more than this."""
     silence_steps: Annotated[int, Ge(1)] = 2
-    """After so many readings without a word from the leader, a member near the last estimate takes the track over."""
+    """After so many readings without a word from the leader, a member near the last estimate asks it whether it still is."""
+    ask_s: Positive = 0.3
+    """A member takes the track over if it has no answer after so long."""
     watch_share: Share = 0.5
     """Members within this share of the sensing range take over: they are still in range when the target has gone on."""
     quiet_steps: Annotated[int, Ge(1)] = 3

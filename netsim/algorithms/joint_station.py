@@ -12,6 +12,7 @@ from netsim.kernels.semiring import FloatArray
 from netsim.units import s_to_ns
 
 CALL, CLAIM, READING, GIVEN, TAKEN, END = "call", "claim", "reading", "given", "taken", "end"
+ASK, LATEST = "ask", "latest"
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from netsim.algorithms.joint_location import LOCATE, REGISTER
 from netsim.algorithms.joint_member import Membership
 from netsim.algorithms.joint_messages import Held, decode_given, encode_taken
 from netsim.algorithms.joint_parameters import JointTrackingParameters
-from netsim.algorithms.joint_station import CALL, CLAIM, END, GIVEN, READING, TAKEN, Station
+from netsim.algorithms.joint_station import ASK, CALL, CLAIM, END, GIVEN, LATEST, READING, TAKEN, Station
 from netsim.api import Message, NodeHandle, Op
 from netsim.errors import AlgorithmError
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.kernels.particles import uniform_disc
 
-_HEEDED = {CALL, CLAIM, END, GIVEN, READING, WORD, REGISTER, LOCATE}
+_HEEDED = {ASK, CALL, CLAIM, END, GIVEN, LATEST, READING, WORD, REGISTER, LOCATE}
 
 
 class JointTracking:
@@ -47,7 +47,7 @@ class _Tracker:
         self._station = station
         self._identities = Identities(station)
         self._leading = Leading(station, lambda call: self._membership.note_own(call), self._identities)
-        self._membership = Membership(station, self._leading.claim)
+        self._membership = Membership(station, self._leading.claim, self._identities.whereabouts)
 
     def run(self) -> Op[None]:
         node = self._station.node
@@ -71,12 +71,16 @@ class _Tracker:
         belief = uniform_disc(start.place_m, start.spread_m, station.parameters.particles, station.rng)
         row = np.eye(station.knowledge.targets)[start.track]
         known = Acquaintances.alone(start.track, row, Place(0, station.node.id))
-        self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, known))
+        self._leading.begin(Held(start.step - 1, 0, (start.track,), belief, known, is_blank=True))
 
     def _heed(self, message: Message) -> None:
         if message.kind in (CALL, CLAIM):
             self._leading.hear(message)
             self._membership.hear(message)
+        elif message.kind == LATEST:
+            self._membership.hear(message)
+        elif message.kind == ASK:
+            self._membership.asked(message)
         elif message.kind == READING:
             self._leading.note_reading(message)
         elif message.kind == END:

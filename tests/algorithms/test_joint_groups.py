@@ -9,13 +9,16 @@ from netsim.algorithms.joint_acquaintances import Acquaintances
 from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, named, parts_of, places_of
 from netsim.algorithms.joint_messages import (
+    Ask,
     Call,
     Held,
     Reading,
     Sighting,
+    decode_ask,
     decode_call,
     decode_given,
     decode_reading,
+    encode_ask,
     encode_call,
     encode_given,
     encode_reading,
@@ -28,6 +31,7 @@ from netsim.protocols.regions import contains
 
 RANGE_M = 120.0
 tracks = st.lists(st.integers(0, 0xFFFF), min_size=1, max_size=4, unique=True).map(lambda found: tuple(sorted(found)))
+widths = st.sampled_from(["float64", "float32", "float16"])
 
 
 def acquainted(tracks, identities, targets):
@@ -55,14 +59,19 @@ def parts(held, switch="distance", separate_m=140.0):
     return parts_of(parameters, held, RANGE_M, lambda targets: 100 * targets, np.random.default_rng(2))
 
 
-@given(tracks, st.integers(0, 2**32 - 1), st.integers(0, 0xFFFF), st.integers(1, 5))
-def test_a_call_arrives_as_it_was_sent(tracks, step, turn, targets):
+@given(tracks, st.integers(0, 2**32 - 1), st.integers(0, 0xFFFF), st.integers(1, 5), st.booleans())
+def test_a_call_arrives_as_it_was_sent(tracks, step, turn, targets, is_blank):
     known = acquainted(tracks, range(len(tracks)), len(tracks) + targets)
-    call = Call(step, turn, tracks, np.arange(2.0 * len(tracks)).reshape(-1, 2), known)
+    call = Call(step, turn, tracks, np.arange(2.0 * len(tracks)).reshape(-1, 2), known, is_blank)
     there = decode_call(encode_call(call))
-    assert (there.step, there.turn, there.tracks) == (step, turn, tracks)
+    assert (there.step, there.turn, there.tracks, there.is_blank) == (step, turn, tracks, is_blank)
     np.testing.assert_array_equal(there.estimates_m, call.estimates_m)
     np.testing.assert_array_equal(there.known.rows, known.rows)
+
+
+@given(st.builds(Ask, *[st.integers(0, 0xFFFF)] * 3, st.integers(0, 4), st.lists(st.integers(0, 99)).map(tuple)))
+def test_a_question_arrives_as_it_was_asked(ask):
+    assert decode_ask(encode_ask(ask)) == ask
 
 
 @given(
@@ -75,17 +84,19 @@ def test_a_reading_arrives_as_it_was_sent(others):
     assert decode_reading(encode_reading(reading)) == reading
 
 
-@given(tracks, st.booleans(), st.booleans(), st.integers(0, 300), st.sampled_from(["float64", "float32", "float16"]))
+@given(tracks, st.booleans(), st.booleans(), st.integers(0, 300), st.booleans(), widths)
 @settings(max_examples=30)
-def test_a_group_arrives_as_it_was_given(tracks, is_parted, has_met, quiet, width):
+def test_a_group_arrives_as_it_was_given(tracks, is_parted, has_met, quiet, is_blank, width):
     places_m = np.random.default_rng(1).uniform(-600.0, 600.0, (20, len(tracks), 2))
     known = acquainted(tracks, range(len(tracks)), 4)
     known = known.met(tracks) if len(tracks) > 1 else known
-    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet)
+    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet, is_blank)
     there = decode_given(encode_given(held, width), width)
     assert (there.step, there.turn, there.tracks) == (9, 4, tracks)
     assert (there.is_parted, there.has_met, there.quiet) == (is_parted, has_met, min(quiet, 255))
+    assert there.is_blank == is_blank
     np.testing.assert_array_equal(there.rows, held.rows)
+    places_m = places_m[np.lexsort(places_m.reshape(20, -1).T[::-1])]
     np.testing.assert_allclose(
         there.belief.positions_m, places_m, atol={"float64": 0, "float32": 4e-5, "float16": 0.25}[width]
     )

@@ -11,7 +11,7 @@ from netsim.algorithms.joint_tracking import JointTracking
 from netsim.kernels.energy_sensing import EnergyModel, amplitude_for
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.testing import DROP, ScriptedMedium, duplicate, rule, run_algorithm
-from netsim.trace.events import Estimate, Identity, Log, Role
+from netsim.trace.events import Estimate, Identity, Log, MessageSent, Role
 from netsim.units import NS_PER_S
 
 NODES, RANGE_M = 12, 3.0
@@ -130,6 +130,40 @@ def test_a_leader_that_is_not_heard_is_replaced_once_and_gives_way_when_it_is_he
     assert logs(run, "giving way")
     assert len(leaders(run)[0][-1][1]) == 1
     assert leaders(run)[0][-1][0] < 7.2
+
+
+def test_a_member_that_misses_calls_asks_their_leader_and_leaves_it_the_track():
+    run = bench([4.2], [(4, 0, 4.2)], rule(DROP, kind="call", destination=5, from_s=2.5))
+    sent = {(event.kind, event.source, event.destination) for _, event in run.of(MessageSent)}
+    assert {("ask", 5, 4), ("latest", 4, 5)} <= sent
+    assert not logs(run, "taking over")
+    assert [node for _, nodes in leaders(run)[0] for node in nodes] == [4]
+
+
+def test_a_former_leader_passes_questions_on_to_whom_it_gave_the_track():
+    """Nobody but the new leader, node 4, hears its calls: the members ask node 2, which gave it the track."""
+    run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="call", source=4), duration_s=4.0)
+    sent = [(event.kind, event.source, event.destination) for _, event in run.of(MessageSent)]
+    assert ("ask", 2, 4) in sent
+    assert {("latest", 4, node) for kind, node, to in sent if kind == "ask" and node not in (2, 4)} <= set(sent)
+    assert not logs(run, "taking over")
+
+
+def test_a_leader_that_nobody_hears_and_that_does_not_answer_is_taken_over_from():
+    mute = [rule(DROP, source=4, kind=kind, from_s=2.5) for kind in ("call", "latest", "claim")]
+    run = bench([4.2], [(4, 0, 4.2)], *mute)
+    assert logs(run, "taking over")
+
+
+@pytest.mark.parametrize("lost", [{"kind": "nothing"}, {"kind": "claim", "destination": 4}])
+def test_a_false_claim_is_contradicted_by_the_leader_that_has_readings(lost):
+    """By the claim or, where the leader did not hear that, by the first call."""
+    deaf = [rule(DROP, kind=kind, destination=5, from_s=2.5, until_s=5.5) for kind in ("call", "latest")]
+    run = bench([4.2], [(4, 0, 4.2)], *deaf, rule(DROP, **lost), migrate_m=9.0)
+    assert len(logs(run, "taking over")) == 1
+    assert logs(run, "giving way") == ["node 4 leads track 0 since, or a part: giving way"]
+    assert leaders(run)[0][-1][1] == [4]
+    assert {event.node for _, event in run.of(Estimate)} == {4}
 
 
 def test_of_two_that_begin_the_same_track_the_lower_node_goes_on():

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from net_rig import MS, Net, unit_disk
+from net_rig import MS, PACKET_BYTE, Net, unit_disk
 
 from netsim.api import Circle, Delivery, Polygon, Rectangle
 from netsim.errors import AlgorithmError
-from netsim.sim.net.packet import Form, Packet
-from netsim.sim.net.regions import contains
+from netsim.sim.net.packet import HEADER_BYTE, Form, Packet
+from netsim.sim.net.regions import contains, encode_region
 from netsim.sim.net.settings import NetworkSettings
 from netsim.testing import run_algorithm
 from netsim.trace.events import BROADCAST, MessageDropped, MessageSent
@@ -111,6 +111,17 @@ def test_a_geocast_reaches_only_the_region_each_node_once(seed, region, kind):
         assert set(got) == nx.node_connected_component(graph.subgraph(inside), entry) - {0}
     flooders = {node for _, node, job in net.frames if Packet.decode(job.packet).form == Form.GEOCAST}
     assert flooders <= inside
+
+
+@pytest.mark.parametrize("kind", ["given", "geographic"])
+def test_in_its_region_a_geocast_has_the_whole_frame_but_for_its_header(kind):
+    """A message in two frames is lost where one of them is: routing by position, which is over, takes no room."""
+    net = Net(nx.path_graph(3), kind=kind)
+    region = Circle((0.0, 0.0), 1000.0)
+    room_byte = PACKET_BYTE - HEADER_BYTE - len(encode_region(region))
+    for size_byte in (room_byte, room_byte + 1):
+        net.networks[0].geocast(region, "alarm", bytes(size_byte), (), lambda delivery: None)
+    assert [event.fragments for event in net.of(MessageSent)] == [1, 2]
 
 
 def test_a_geocast_to_where_nobody_is_ends():

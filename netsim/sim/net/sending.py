@@ -67,8 +67,10 @@ class Sending(ABC):
     def geocast(self, region: Region, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
         """Send to every node in a region: by position until one of its nodes is reached, then flooded inside."""
         fields = encode_region(region)
-        form = Form.GEOCAST if contains(decode_region(fields), self._context.position_m()) else Form.GEOCAST_WAY
-        reserve_byte = 0 if self._by_position is None else self._by_position.fields_byte
+        is_inside = contains(decode_region(fields), self._context.position_m())
+        form = Form.GEOCAST if is_inside else Form.GEOCAST_WAY
+        # only what is on its way to the region carries the fields of routing by position
+        reserve_byte = 0 if is_inside or self._by_position is None else self._by_position.fields_byte
         return self._originate(form, BROADCAST, fields, reserve_byte, kind, payload, causes, done)
 
     def send_to_sink(self, kind: str, payload: bytes, causes: Sequence[int], done: Done) -> int:
