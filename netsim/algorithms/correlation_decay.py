@@ -14,8 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from netsim.algorithms.charging import charge
 from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters, TargetParameters
-from netsim.algorithms.decay_factors import FACTORS, Factors, NamedGraph, charge
+from netsim.algorithms.decay_factors import FACTORS, Factors, NamedGraph
 from netsim.algorithms.decay_payload import VertexName, decode_report, encode_report, narrowed, rounding_m
 from netsim.algorithms.decay_record import Statistics, record_pairs
 from netsim.api import EnergyTask, Message, NodeHandle, NoEnergyError, Op

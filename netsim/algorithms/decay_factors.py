@@ -12,6 +12,7 @@ import struct
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from netsim.algorithms.charging import charge
 from netsim.algorithms.decay_payload import (
     FactorRequest,
     VertexName,
@@ -20,21 +21,13 @@ from netsim.algorithms.decay_payload import (
     encode_answer,
     encode_request,
 )
-from netsim.api import Message, NodeHandle, NoEnergyError, Op
+from netsim.api import Message, NodeHandle, Op
 from netsim.kernels.correlation_decay import DecayGraph
 
 FACTORS = "factors"
 PRODUCT = "product"
 WORKING = "working"
 _NUMBERS = 1 << 31
-
-
-def charge(node: NodeHandle, operations: int) -> Op[None]:
-    """Occupy the CPU; what the node's energy allowance refuses is computed all the same, and said so."""
-    try:
-        yield from node.compute(operations)
-    except NoEnergyError:
-        node.log("too little energy to compute: it is charged to nobody")
 
 
 def _number_of(answer: Message) -> int | None:

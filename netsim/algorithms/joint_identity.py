@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from netsim.algorithms.decay_factors import charge
+from netsim.algorithms.charging import charge
 from netsim.algorithms.joint_acquaintances import Acquaintances, of_tracks
 from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity_messages import Word, decode_heard, decode_word, encode_heard, encode_word

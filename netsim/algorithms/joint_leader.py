@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from netsim.algorithms.decay_factors import charge
+from netsim.algorithms.charging import charge
 from netsim.algorithms.joint_belief import operations, particles_of, updated
 from netsim.algorithms.joint_book import Calls, Readings, Turns, call_of
 from netsim.algorithms.joint_changes import Place
