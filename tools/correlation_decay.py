@@ -24,7 +24,7 @@ from rich.table import Table
 from netsim.kernels.association_bp import propagate
 from netsim.kernels.correlation_decay import DecayGraph, literal, normalised, two_factor, vertex_order
 from netsim.kernels.decay_bounds import exact_depth, paper_bound, sharp_bound
-from netsim.kernels.known_association import DecayInterval
+from netsim.kernels.decay_interval import DecayInterval
 from netsim.kernels.matchings import association_probabilities, count_matchings
 from netsim.problems.event_association import build
 from netsim.rng import Streams

@@ -31,8 +31,9 @@ from netsim.kernels.correlation_decay import (
     two_factor_pair,
     vertex_order,
 )
+from netsim.kernels.decay_interval import DecayInterval
 from netsim.kernels.event_association import EventAssociationKnowledge, PredictedEvent
-from netsim.kernels.known_association import DecayInterval, KnownAssociation, SensorReport, report_of
+from netsim.kernels.known_association import KnownAssociation, SensorReport, report_of
 from netsim.protocols.flood_rounds import FloodRounds, FloodSettings
 from netsim.units import s_to_ns
 

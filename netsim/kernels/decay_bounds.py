@@ -5,7 +5,7 @@ For every even t and every vertex of every subgraph
     |log P(v is in no pair) - log Phi(v, t)| <= (1 - D)^(t / 2) log rho
 
 The paper's numbers are loose: the depth they ask for is mostly beyond the one at which the recursion is exact anyway.
-They are information; the certified intervals of `netsim.kernels.correlation_decay` are the tool.
+They are information; the certified intervals of `netsim.kernels.decay_interval` are the tool.
 """
 
 import math

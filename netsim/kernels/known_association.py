@@ -1,14 +1,8 @@
-"""The part of a data association graph that a node knows, and what that part still certifies.
+"""The part of a data association graph that a node knows.
 
 A node puts together reports of sensors: their gated measurements with all events these may be of. So a known measurement
-has all its edges, but an event may have measurements of which no report came. Bounds that hold whatever is missing follow
-from the recursion of Oh 2010, eq 13, taken for both ends of an interval:
-
-    upper(u, t) = 1 / (1 + sum_v w_uv lower(v, t - 1)),   lower(u, t) = 1 / (1 + sum_v w_uv upper(v, t - 1)),
-
-with upper(., 0) = 1 and lower(., 0) = 0; and lower(u, .) = 0 where u may have edges that are not known, as every further
-edge makes Phi smaller and nothing bounds their number. Where everything is known these are Phi at the last even and odd
-depths.
+has all its edges, but an event may have measurements of which no report came. What still holds then is in
+`netsim.kernels.decay_interval`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from netsim.kernels.correlation_decay import DecayGraph, mask
+from netsim.kernels.correlation_decay import DecayGraph
 from netsim.kernels.event_association import EventModel, MeasurementId, PredictedEvent
 from netsim.kernels.semiring import FloatArray
 
@@ -122,77 +116,3 @@ class KnownAssociation:
     def vertex_of_event(self) -> Mapping[int, int]:
         """Vertex of every event, by its number."""
         return {event.event: self.graph.event(column) for column, event in enumerate(self.events)}
-
-
-class DecayInterval:
-    """Bounds on association probabilities that hold whatever the missing edges are.
-
-    Args:
-        graph: What is known.
-        incomplete: Vertices that may have edges which are not in it.
-    """
-
-    def __init__(self, graph: DecayGraph, incomplete: Iterable[int] = ()) -> None:
-        self._graph = graph
-        self._incomplete = frozenset(incomplete)
-        self._known: dict[tuple[int, int, int], tuple[float, float]] = {}
-        self.operations = 0
-        """Elementary operations so far: six for every term of a sum that was not known yet, four for every sum."""
-
-    def factor(self, vertex: int, depth: int, removed: int = 0) -> tuple[float, float]:
-        """Lower and upper bound of P_{G without removed}(the vertex is in no pair).
-
-        Args:
-            vertex: Not in `removed`.
-            depth: t, at least 0.
-            removed: Missing vertices, as bits (see `correlation_decay.mask`).
-        """
-        if depth == 0:
-            return 0.0, 1.0
-        depth = min(depth, self._graph.exact_depth + 1)  # no deeper path, and both ends are the truth
-        key = vertex, depth, removed & self._graph.ball(vertex, depth)
-        if key not in self._known:
-            self._known[key] = self._computed(vertex, depth, removed)
-        return self._known[key]
-
-    def _computed(self, vertex: int, depth: int, removed: int) -> tuple[float, float]:
-        low_total = high_total = 1.0
-        without = removed | 1 << vertex
-        self.operations += 4
-        for other, weight in self._graph.edges(vertex):
-            if not without >> other & 1:
-                low, high = self.factor(other, depth - 1, without)
-                low_total += weight * low
-                high_total += weight * high
-                self.operations += 6
-        lower = 0.0 if vertex in self._incomplete else 1.0 / high_total
-        return lower, 1.0 / low_total
-
-    def pair(self, measurement: int, event: int, depth: int) -> tuple[float, float]:
-        """Bounds of the pair's probability, from either end; the better ones count.
-
-        beta_uv = w_uv P(v) / (1 + sum_v' w_uv' P(v')), P(v) = P_{G without u}(v is in no pair), rises with P(v) and
-        falls with all the others. It is never wider than the two-factor form w_uv Phi_G(u, t + 1) Phi_{G without u}(v, t),
-        in which P(v) appears twice.
-
-        Args:
-            measurement: Row of the weights.
-            event: Column of the weights.
-            depth: t of the factors, at least 1.
-        """
-        ends = measurement, self._graph.event(event)
-        bounds = [self._from_end(u, v, depth) for u, v in (ends, ends[::-1])]
-        return max(low for low, _ in bounds), min(high for _, high in bounds)
-
-    def _from_end(self, u: int, v: int, depth: int) -> tuple[float, float]:
-        """The bounds with u as the vertex whose pairs exclude each other."""
-        removed = mask((u,))
-        own_low = own_high = others_low = others_high = 0.0
-        for other, weight in self._graph.edges(u):
-            low, high = self.factor(other, depth, removed)
-            if other == v:
-                own_low, own_high = weight * low, weight * high
-            else:
-                others_low, others_high = others_low + weight * low, others_high + weight * high
-        lower = 0.0 if u in self._incomplete else own_low / (1.0 + own_low + others_high)
-        return lower, own_high / (1.0 + own_high + others_low)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from netsim.algorithms.correlation_decay import CorrelationDecay
 from netsim.algorithms.correlation_decay_parameters import CorrelationDecayParameters
 from netsim.kernels.correlation_decay import literal_pair, normalised_pair, two_factor_pair, vertex_order
-from netsim.kernels.known_association import DecayInterval
+from netsim.kernels.decay_interval import DecayInterval
 from netsim.kernels.matchings import association_probabilities
 from netsim.testing import delay, rule, run_algorithm
 from netsim.trace.events import Log, MessageSent

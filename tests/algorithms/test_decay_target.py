@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netsim.algorithms.correlation_decay_parameters import TargetParameters
-from netsim.kernels.known_association import DecayInterval
+from netsim.kernels.decay_interval import DecayInterval
 from netsim.kernels.matchings import association_probabilities
 from netsim.testing import DROP, rule
 from netsim.trace.events import EnergyBudget, MessageSent

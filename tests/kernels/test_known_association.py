@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from matching_enumeration import GRAPHS
 
 from netsim.kernels.correlation_decay import DecayGraph, certified_interval, mask, members
+from netsim.kernels.decay_interval import DecayInterval, LeastWidth
 from netsim.kernels.event_association import EventModel, PredictedEvent
-from netsim.kernels.known_association import DecayInterval, KnownAssociation, report_of
+from netsim.kernels.known_association import KnownAssociation, report_of
 from netsim.kernels.matchings import association_probabilities
 
 fast = settings(deadline=None, max_examples=60)
@@ -165,9 +166,9 @@ def test_an_interval_that_remembers_mistakes_nothing_for_something_else(weights,
 def test_levels_beyond_the_longest_path_cost_nothing_more():
     graph = DecayGraph(np.ones((5, 3)))
     interval = DecayInterval(graph)
-    deep = interval.pair(0, 0, graph.exact_depth + 1)
+    deep = interval.factor(0, graph.exact_depth + 1)
     spent = interval.operations
-    assert interval.pair(0, 0, 100) == deep
+    assert interval.factor(0, 100) == deep
     assert interval.operations == spent
 
 
@@ -175,6 +176,39 @@ def test_operations_are_counted_by_sum_and_term():
     interval = DecayInterval(DecayGraph(np.array([[1.0], [2.0], [3.0]])))
     assert interval.factor(3, 2) == pytest.approx((1.0 / 7.0, 1.0 / 7.0))
     assert interval.operations == (4 + 3 * 6) + 3 * 4
+
+
+def test_the_last_sums_of_a_pair_are_counted_each_time():
+    """A measurement of one event with three: sums of one term and of three."""
+    interval = DecayInterval(DecayGraph(np.array([[1.0], [2.0], [3.0]])))
+    first, spent = interval.pair(0, 0, 2), interval.operations
+    assert interval.pair(0, 0, 2) == first
+    assert interval.operations - spent == (1 + 3) * 6 + 22
+
+
+@settings(deadline=None, max_examples=150)
+@given(WORLDS, PARTS, PARTS, PARTS, st.integers(1, 5), st.integers(1, 8))
+def test_no_report_of_others_and_no_level_makes_an_interval_narrower_than_the_least(
+    scene, nodes, silent, later, depth, end
+):
+    """Sensors that will never tell, and others of which some will."""
+    silent, known = silent - nodes, scene.known(nodes)
+    missing = {event.event: scene.observers[event.event] - nodes for event in known.events}
+    closed = [known.vertex_of_event[event] for event, those in missing.items() if those & silent]
+    pending = [known.vertex_of_event[event] for event, those in missing.items() if those - silent]
+    least, at_the_end = LeastWidth(known.graph, pending, closed), scene.bounds(nodes | later - silent, end)
+    for j, k in np.argwhere(known.graph.weights > 0.0).tolist():
+        low, high = at_the_end[known.measurements[j], known.events[k].event]
+        assert least.pair(j, k, depth) <= high - low + 1e-12
+
+
+def test_the_least_width_of_an_event_that_will_never_be_whole_is_what_is_possible_of_it():
+    """As in the next test, and with another measurement of the event, both known for certain."""
+    graph = DecayGraph(np.array([[4.0]]))
+    assert LeastWidth(graph, [], [1]).pair(0, 0, 8) == pytest.approx(0.8)
+    assert LeastWidth(graph, [1], [1]).pair(0, 0, 8) == LeastWidth(graph, [], []).pair(0, 0, 8) == 0.0
+    both = DecayGraph(np.array([[4.0], [3.0]]))
+    assert LeastWidth(both, [], [2]).pair(0, 0, 8) == pytest.approx(4.0 / 8.0)
 
 
 def test_an_event_with_missing_measurements_still_bounds_from_above():
