@@ -73,7 +73,7 @@ class Stated:
 
 def stated(scene, chosen, rules=(), observe=None, **more):
     run = run_algorithm(
-        CorrelationDecay,
+        more.pop("algorithm", CorrelationDecay),
         nodes=list(scene.sensors_m),
         knowledge=more.pop("knowledge", scene.knowledge),
         observe=observe or (lambda node: scene.observe(node, 0)),

@@ -2,16 +2,19 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from decay_rig import PROBLEM, WHOLE, by_kernel, holds, parameters, problem, stated
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from netsim.algorithms.correlation_decay import CorrelationDecay
 from netsim.algorithms.correlation_decay_parameters import TargetParameters
 from netsim.kernels.decay_interval import DecayInterval
+from netsim.kernels.known_association import KnownAssociation, report_of
 from netsim.kernels.matchings import association_probabilities
-from netsim.testing import DROP, rule
-from netsim.trace.events import EnergyBudget, MessageSent
+from netsim.testing import DROP, delay, rule
+from netsim.trace.events import EnergyBudget, MessageSent, PairProbabilities
 
 fast = settings(deadline=None, max_examples=8)
 seeds = st.integers(0, 2**32 - 1)
@@ -86,6 +89,108 @@ def found_asks(found, node):
         event.kind == "report" and event.source == 13 and event.destination == node
         for _, event in found.run.of(MessageSent)
     )
+
+
+def test_an_answer_that_comes_when_it_is_given_up_is_used_all_the_same():
+    """Half a second after the last time-out; the sensor's other answers take as long."""
+    scene, target = problem(3), replace(TARGET, ask_attempts=1, answer_s=2.0)
+    others_s = rule(delay(1.9), kind="report")
+    in_time = stated(scene, parameters(0, depth=9, target=target), [others_s])
+    late = stated(scene, parameters(0, depth=9, target=target), [rule(delay(2.5), kind="report", source=13), others_s])
+    holds(scene, late)
+    used = [pair for pair in late.told if late.told[pair][1] > 0.0]
+    assert len(used) == len([pair for pair in in_time.told if in_time.told[pair][1] > 0.0])
+
+
+class Torn:
+    """A node of which the first report to each that asks is torn."""
+
+    def __init__(self, node):
+        self._node, self._told = node, set()
+
+    def __getattr__(self, name):
+        return getattr(self._node, name)
+
+    def send(self, destination, kind, payload, **more):
+        if kind == "report" and destination not in self._told:
+            self._told.add(destination)
+            payload = b"torn" + payload
+        return self._node.send(destination, kind, payload, **more)
+
+
+class TearsReports(CorrelationDecay):
+    def run(self, node):
+        yield from super().run(Torn(node))
+
+
+def test_a_report_that_cannot_be_read_is_no_answer():
+    scene = problem(3)
+    chosen = parameters(0, depth=9, target=replace(TARGET, ask_attempts=2))
+    whole, torn = stated(scene, chosen), stated(scene, chosen, algorithm=TearsReports)
+    assert torn.told == whole.told
+    assert torn.statistics["asked"] == 2 * whole.statistics["asked"]
+
+
+SILENT = [rule(DROP, kind="report", source=13)]
+
+
+def test_no_question_is_asked_whose_answer_could_not_come_before_the_end():
+    """An answer is waited for for half a minute, and nodes end after a minute and a half."""
+    scene, until_s = problem(3), 90.0
+    target = TargetParameters(interval_width=0.0, ask_attempts=5, answer_s=30.0)
+    found = stated(scene, parameters(0, depth=9, target=target, until_s=until_s), SILENT)
+    holds(scene, found)
+    assert len(found.told) == np.count_nonzero(scene.instance.weights)
+    assert all(time_ns <= until_s * 1e9 for time_ns, _ in found.run.of(PairProbabilities))
+    asked_ns = [time_ns for time_ns, event in found.run.of(MessageSent) if event.kind == "ask"]
+    assert 30e9 < max(asked_ns) <= (until_s - 30.0) * 1e9
+
+
+@fast
+@given(seeds, st.sampled_from([0.01, 0.1, 0.3]))
+def test_who_stops_before_its_time_could_have_gained_no_more_than_the_target(seed, width):
+    """Against the intervals at full depth with all reports but the silent sensor's."""
+    scene = problem(seed)
+    found = stated(scene, parameters(0, depth=12, target=TargetParameters(interval_width=width)), SILENT)
+    holds(scene, found)
+    for pair, (low, high) in all_but(scene, 13).items():
+        _, stated_low, stated_high = found.told[pair]
+        assert stated_low <= low + 1e-12
+        assert high <= stated_high + 1e-12
+        if stated_high - stated_low > width and found.depth[scene.instance.owners[pair[0]]] < 12:
+            assert high - low > width
+            assert stated_high - stated_low <= high - low + width + 1e-12
+
+
+def all_but(scene, silent):
+    """Bounds at full depth of the pairs of all sensors but one, which is never heard of; by number among all."""
+    places = {node: scene.knowledge(node) for node in scene.sensors_m if node != silent}
+    reports = {
+        node: report_of(node, scene.observe(node, 0), known.events, known.model) for node, known in places.items()
+    }
+    known = KnownAssociation.of(
+        reports,
+        {event.event: scene.knowledge(silent).observers(event) for event in scene.instance.events},
+        PROBLEM.model,
+    )
+    interval = DecayInterval(known.graph, known.incomplete)
+    names = [(places[node].first_variable + number) for node, number in known.measurements]
+    return {
+        (names[j], known.events[k].event): interval.pair(j, k, known.graph.exact_depth + 1)
+        for j, k in np.argwhere(known.graph.weights > 0.0).tolist()
+    }
+
+
+def test_a_target_that_a_silent_sensor_puts_out_of_reach_is_given_up():
+    scene = problem(3)
+    chosen = parameters(0, depth=12, target=TargetParameters(interval_width=0.01))
+    found = stated(scene, chosen, SILENT)
+    stopped = {
+        pair: high - low
+        for pair, (_, low, high) in found.told.items()
+        if found.depth[scene.instance.owners[pair[0]]] < 12
+    }
+    assert max(stopped.values()) > 0.01
 
 
 def test_an_allowance_ends_the_growing():
