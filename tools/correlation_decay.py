@@ -280,9 +280,7 @@ def main():
     problems = instances(options.scenario, options.instances)
     exact = [association_probabilities(weights) for weights in problems]
     counts = ", ".join(f"{count_matchings(weights):,}" for weights in problems)
-    console.print(
-        f"{len(problems)} instances of {problems[0].shape[1]} events and {problems[0].shape[0]} measurements; "
-    )
+    console.print(f"{len(problems)} instances of {problems[0].shape[1]} events and {problems[0].shape[0]} measurements")
     console.print(f"association events: {counts} (the paper's: 8,517,625)\n")
     table, exact_s, enumeration_s = solver_table(problems, exact, options.enumerate)
     console.print(table)

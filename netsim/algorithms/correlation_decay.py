@@ -4,8 +4,9 @@ Each sensor tells its gated measurements, with the events they may be of, within
 theirs it computes the probabilities of its own pairs on what it knows, by itself or with the owners of the vertices, and the
 intervals that its knowledge certifies.
 
-What the processor is charged for: the recursions' sums (see `DecayGraph.operations`, `DecayInterval.operations`) and the
-weights of the pairs it knows, 20 operations each. Not charged: encoding and decoding.
+What the processor is charged for: the recursions' sums and what estimates and intervals make of them (see
+`DecayGraph.operations`, `DecayInterval.operations`), and weights of measurements and events, 20 operations each. Not
+charged: encoding and decoding.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,6 +37,7 @@ from netsim.protocols.flood_rounds import FloodRounds, FloodSettings
 from netsim.units import s_to_ns
 
 FLOOD = "measurements"
+_RATIO_OPERATIONS = 2
 
 
 class CorrelationDecay:
@@ -152,6 +154,7 @@ class _Sensor:
                 whole = yield from self._factors.product(named, *asked[0], depth)
             rest = yield from self._factors.product(named, *asked[1], depth)
             found.append(literal_ratio(float(known.graph.weights[j, k]), whole, rest))
+        yield from charge(self._node, _RATIO_OPERATIONS * len(found))
         return found
 
 

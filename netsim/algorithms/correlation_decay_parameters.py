@@ -61,8 +61,9 @@ class CorrelationDecayParameters:
     """
 
     type: Literal["correlation-decay"] = "correlation-decay"
-    depth: PositiveInt = 8
-    """Levels of the recursion, t; it is exact at twice the number of events or measurements, whichever are fewer."""
+    depth: Annotated[int, Ge(1), Le(200)] = 8
+    """Levels of the recursion, t; it is exact at twice the number of events or measurements, whichever are fewer.
+    A level is two calls deep, and deeper than 200 there would be no room for them."""
     estimator: Estimator = "normalised"
     """`normalised`: sums to one with the chance of no measurement (or no event, see `side`). `two_factor`: the product of
     two factors. `literal`: the ratio of two products over a list of vertices, as printed; it can exceed one."""

@@ -22,7 +22,7 @@ from netsim.algorithms.decay_payload import (
     encode_request,
 )
 from netsim.api import Message, NodeHandle, Op
-from netsim.kernels.correlation_decay import DecayGraph
+from netsim.kernels.correlation_decay import DecayGraph, Product
 
 FACTORS = "factors"
 PRODUCT = "product"
@@ -71,7 +71,7 @@ class Factors:
         self._node, self._others, self._request_ns, self._attempts = node, others, request_ns, attempts
         self._known: NamedGraph | None = None
         self._next = int(node.rng("factors").integers(_NUMBERS))  # other numbers than before a reboot
-        self._served: dict[tuple[int, int], float | None] = {}
+        self._served: dict[tuple[int, int], Product | None] = {}
         self._early: list[Message] = []
         self._silent: set[int] = set()
         self.requests = 0
@@ -90,7 +90,7 @@ class Factors:
 
     def product(
         self, known: NamedGraph, removed: Sequence[VertexName], vertices: Sequence[VertexName], depth: int
-    ) -> Op[float]:
+    ) -> Op[Product]:
         """prod_i Phi_{G without removed, v_1 .. v_{i-1}}(v_i, t), with the owners' help.
 
         Args:
@@ -99,21 +99,22 @@ class Factors:
             vertices: The list.
             depth: t.
         """
-        product, gone, before = 1.0, list(removed), known.graph.operations
+        product, gone, before = Product(), list(removed), known.graph.operations
         for index, name in enumerate(vertices):
             if name.owner != self._node.id:
                 yield from charge(self._node, known.graph.operations - before)
                 rest = yield from self._asked(name.owner, FactorRequest(0, depth, tuple(gone), tuple(vertices[index:])))
                 if rest is not None:
-                    return product * rest
+                    return product.and_all_of(rest)
                 self.stood_in += 1
                 before = known.graph.operations
-            product *= known.factor(name, gone, depth)
+            product = product.times(known.factor(name, gone, depth))
+            known.graph.operations += 1
             gone.append(name)
         yield from charge(self._node, known.graph.operations - before)
         return product
 
-    def _asked(self, owner: int, request: FactorRequest) -> Op[float | None]:
+    def _asked(self, owner: int, request: FactorRequest) -> Op[Product | None]:
         """The rest of a chain from the owner of its first vertex; None if it gives no sign of life, now or before."""
         if owner in self._silent or owner not in self._others:
             return None
@@ -123,7 +124,7 @@ class Factors:
             self._node.log(f"node {owner} does not answer a request for factors: standing in for it")
         return product
 
-    def _ask(self, owner: int, request: FactorRequest) -> Op[float | None]:
+    def _ask(self, owner: int, request: FactorRequest) -> Op[Product | None]:
         node, number, payload = self._node, request.number, encode_request(request)
         self._next += 1
         self.requests += 1
@@ -163,13 +164,13 @@ class Factors:
             self._early.append(request)
         product = self._served[key]
         kind = WORKING if product is None else PRODUCT
-        self._node.send(request.source, kind, encode_answer(number, product or 0.0), causes=[request])
+        self._node.send(request.source, kind, encode_answer(number, product or Product()), causes=[request])
 
     def _show_life(self, request: Message, number: int) -> Op[None]:
         """Once, if the answer takes long; who asks again then hears it again."""
         yield from self._node.pause(self._request_ns // 2)
         if self._served[request.source, number] is None:
-            self._node.send(request.source, WORKING, encode_answer(number, 0.0), causes=[request])
+            self._node.send(request.source, WORKING, encode_answer(number, Product()), causes=[request])
 
     def _work(self, known: NamedGraph, message: Message) -> Op[None]:
         request = decode_request(message.payload)

@@ -5,8 +5,8 @@ A report: number of events (1 byte), then each event (number and owner, 2 bytes 
 others get.
 
 A request for factors: its number (4 bytes), depth (2 bytes), number of removed vertices (2 bytes), then removed vertices and
-the list, each vertex of 5 bytes: kind (1 byte), owner (2 bytes), number (2 bytes). The answer: the request's number and the
-product.
+the list, each vertex of 5 bytes: kind (1 byte), owner (2 bytes), number (2 bytes). The answer: the request's number (4
+bytes), and the product's exponent (4 bytes) and mantissa (8 bytes).
 """
 
 from collections.abc import Sequence
@@ -16,6 +16,7 @@ import numpy as np
 
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.errors import AlgorithmError
+from netsim.kernels.correlation_decay import Product
 from netsim.kernels.event_association import PredictedEvent
 from netsim.kernels.known_association import SensorReport
 from netsim.kernels.semiring import FloatArray
@@ -25,7 +26,7 @@ _EVENT = Record("HH")
 _NUMBER = Record("B")
 _REQUEST = Record("IHH")
 _VERTEX = Record("BHH")
-_ANSWER = Record("I")
+_ANSWER = Record("Ii")
 _MOST = 255
 
 
@@ -151,21 +152,21 @@ def _name(fields: Sequence[int]) -> VertexName:
     return VertexName(bool(kind), owner, number)
 
 
-def encode_answer(number: int, product: float) -> bytes:
+def encode_answer(number: int, product: Product) -> bytes:
     """An answer as it goes over the air."""
-    return _ANSWER.pack(number) + encode_floats([product], "float64")
+    return _ANSWER.pack(number, product.exponent) + encode_floats([product.mantissa], "float64")
 
 
-def decode_answer(data: bytes) -> tuple[int, float]:
+def decode_answer(data: bytes) -> tuple[int, Product]:
     """The inverse of `encode_answer`.
 
     Raises:
         ValueError: If it is cut short, or what is in it is no product of probabilities.
         struct.error: If it is cut short.
     """
-    (number,) = _ANSWER.unpack(data)
-    (product,) = decode_floats(data[_ANSWER.size_byte :], "float64").tolist()
-    if not 0.0 <= product <= 1.0:
-        message = f"a product of probabilities of {product:g}"
+    number, exponent = _ANSWER.unpack(data)
+    (mantissa,) = decode_floats(data[_ANSWER.size_byte :], "float64").tolist()
+    if not (0.5 <= mantissa < 1.0 and (exponent <= 0 or (mantissa, exponent) == (0.5, 1))):
+        message = f"a product of probabilities of {mantissa:g} x 2^{exponent}"
         raise ValueError(message)
-    return number, product
+    return number, Product(mantissa, exponent)

@@ -12,6 +12,8 @@ Algorithm 1 walks along every path. Here what was computed once is kept: a facto
 within t steps of its vertex, and many paths leave the same.
 """
 
+import math
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -44,6 +46,35 @@ class Chain:
     removed: frozenset[int] = frozenset()
 
 
+@dataclass(frozen=True, slots=True)
+class Product:
+    """A product of positive factors, mantissa * 2^exponent: of many vertices' factors it may be smaller than any float.
+
+    As scaling by powers of two is exact, ratios of products have the bits that they would have of unlimited floats.
+
+    Attributes:
+        mantissa: At least 0.5 and below 1.
+        exponent: Power of two.
+    """
+
+    mantissa: float = 0.5
+    exponent: int = 1
+
+    def times(self, factor: float) -> "Product":
+        """With one more factor, above 0 and finite."""
+        mantissa, exponent = math.frexp(self.mantissa * factor)
+        return Product(mantissa, self.exponent + exponent)
+
+    def and_all_of(self, other: "Product") -> "Product":
+        """With all factors of another."""
+        product = self.times(other.mantissa)
+        return Product(product.mantissa, product.exponent + other.exponent)
+
+    def __float__(self) -> float:
+        """The product, 0 where it is too small."""
+        return math.ldexp(self.mantissa, self.exponent)
+
+
 class DecayGraph:
     """A data association graph, and the factors Phi computed on it so far.
 
@@ -62,7 +93,11 @@ class DecayGraph:
         self._balls = [[1 << vertex] for vertex in everything]
         self._known: dict[tuple[int, int, Removed], float] = {}
         self.operations = 0
-        """Elementary operations so far: three for every term of a sum that was not already known, two for every sum."""
+        """Elementary operations so far.
+
+        Three for every term of a sum that was not already known, two for every sum, one for every factor of a product. Those
+        who compute with the graph add theirs.
+        """
 
     @property
     def exact_depth(self) -> int:
@@ -91,12 +126,13 @@ class DecayGraph:
         """
         return self._factor(vertex, depth, mask(removed))
 
-    def chain(self, chain: Chain, depth: int) -> float:
+    def chain(self, chain: Chain, depth: int) -> Product:
         """The product of a chain's factors (Algorithm 4)."""
-        product, removed = 1.0, mask(chain.removed)
+        product, removed = Product(), mask(chain.removed)
         for vertex in chain.vertices:
-            product *= self._factor(vertex, depth, removed)
+            product = product.times(self._factor(vertex, depth, removed))
             removed |= 1 << vertex
+        self.operations += len(chain.vertices)
         return product
 
     def _edges_of(self, vertex: int) -> list[tuple[int, float]]:
@@ -180,6 +216,7 @@ def literal_pair(graph: DecayGraph, measurement: int, event: int, depth: int, or
         order: The list, with both ends of the pair in it.
     """
     with_pair, without_pair = literal_chains(graph, measurement, event, order)
+    graph.operations += 2
     return literal_ratio(
         float(graph.weights[measurement, event]), graph.chain(with_pair, depth), graph.chain(without_pair, depth)
     )
@@ -191,9 +228,13 @@ def literal_chains(graph: DecayGraph, measurement: int, event: int, order: Seque
     return Chain(tuple(order)), Chain(tuple(vertex for vertex in order if vertex not in pair), pair)
 
 
-def literal_ratio(weight: float, whole: float, without_pair: float) -> float:
-    """Of eq 10: the chains' products are reciprocals of partition functions."""
-    return weight * whole / without_pair
+def literal_ratio(weight: float, whole: Product, without_pair: Product) -> float:
+    """Of eq 10: the chains' products are reciprocals of partition functions. At most the largest float."""
+    ratio = weight * whole.mantissa / without_pair.mantissa
+    try:
+        return math.ldexp(ratio, whole.exponent - without_pair.exponent)
+    except OverflowError:
+        return sys.float_info.max
 
 
 def literal(graph: DecayGraph, depth: int, order: Sequence[int]) -> FloatArray:
@@ -221,7 +262,8 @@ def two_factor_pair(graph: DecayGraph, measurement: int, event: int, depth: int,
     """
     ends = measurement, graph.event(event)
     pair = Chain(ends if first == "measurement" else ends[::-1])
-    return float(graph.weights[measurement, event]) * graph.chain(pair, depth)
+    graph.operations += 1
+    return float(graph.weights[measurement, event]) * float(graph.chain(pair, depth))
 
 
 def normalised(graph: DecayGraph, depth: int, side: Side = "event") -> FloatArray:
@@ -243,6 +285,7 @@ def normalised_pair(graph: DecayGraph, measurement: int, event: int, depth: int,
     ends = measurement, graph.event(event)
     u, v = ends if side == "measurement" else ends[::-1]
     terms = {other: weight * graph.factor(other, depth, (u,)) for other, weight in graph.edges(u)}
+    graph.operations += 3 * len(terms) + 2
     return terms[v] / (1.0 + sum(terms.values()))
 
 

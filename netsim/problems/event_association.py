@@ -5,10 +5,12 @@ A sensor measures what lies in its disc; where discs overlap, one sensor owns th
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Lt, MinLen
+from numpy.typing import NDArray
 
 from netsim.errors import ScenarioError
 from netsim.kernels.event_association import (
@@ -140,25 +142,21 @@ class EventAssociationProblem:
         """What a node knows before it measures; None for a node without a sensor."""
         if node not in self.sensors_m:
             return None
-        model = self.instance.model
-        reach_m = self.radius_m + model.reach_m
-        near = self._near(self.sensors_m[node])
-        events = tuple(event for event in self.instance.events if near[event.event] < reach_m)
-        sharing = {
-            other
-            for other, place in self.sensors_m.items()
-            if any(self._near(place)[event.event] < reach_m for event in events)
-        }
+        is_near = self._is_near
+        own = is_near[list(self.sensors_m).index(node)]
+        sharing = (is_near & own).any(axis=1)
         overlapping = self._sensors_within(node, 2 * self.radius_m)
         return EventAssociationKnowledge(
             node=node,
             first_variable=self.instance.owners.index(node) if node in self.instance.owners else 0,
-            model=model,
-            events=events,
+            model=self.instance.model,
+            events=tuple(event for event, near in zip(self.instance.events, own.tolist(), strict=True) if near),
             sensing_radius_m=self.radius_m,
             sensors_m=self.sensors_m,
             sensing_neighbours=overlapping,
-            overlay_neighbours=tuple(sorted(sharing - {node})),
+            overlay_neighbours=tuple(
+                sorted(other for other, shares in zip(self.sensors_m, sharing, strict=True) if shares and other != node)
+            ),
         )
 
     def later_truth(self, end_ns: int) -> Sequence[tuple[int, Event]]:
@@ -193,19 +191,18 @@ class EventAssociationProblem:
         rows, columns = np.nonzero(self.instance.weights)
         return placement(hosts, names, [(int(j), count + int(k)) for j, k in zip(rows, columns, strict=True)])
 
-    def _near(self, place_m: PointM) -> FloatArray:
-        """Distances of the events' predictions from a place, shape (K,)."""
-        return np.asarray(np.hypot(*(self.instance.predicted_m - np.asarray(place_m)).T))
+    @cached_property
+    def _is_near(self) -> NDArray[np.bool_]:
+        """Whether a sensor may have a measurement of an event, shape (sensors, events)."""
+        reach_m = self.radius_m + self.instance.model.reach_m
+        distances_m = _distances(self.instance.predicted_m, self.sensors_m).T
+        return np.asarray(distances_m < reach_m)
 
     def _sensors_within(self, node: int, distance_m: float) -> tuple[int, ...]:
-        x_m, y_m = self.sensors_m[node]
-        return tuple(
-            sorted(
-                other
-                for other, (a_m, b_m) in self.sensors_m.items()
-                if other != node and np.hypot(a_m - x_m, b_m - y_m) < distance_m
-            )
-        )
+        offsets_m = np.array(list(self.sensors_m.values())) - np.asarray(self.sensors_m[node])
+        is_within = np.hypot(*offsets_m.T) < distance_m
+        others = zip(self.sensors_m, is_within.tolist(), strict=True)
+        return tuple(sorted(other for other, within in others if within and other != node))
 
 
 def build(

@@ -25,10 +25,12 @@ from hypothesis import strategies as st
 from netsim.algorithms.correlation_decay_parameters import TargetParameters
 from netsim.algorithms.decay_payload import decode_request
 from netsim.api import NoEnergyError
+from netsim.errors import ScenarioError
 from netsim.kernels.correlation_decay import literal_pair, vertex_order
 from netsim.kernels.event_association import EventAssociationInstance, EventModel, PredictedEvent
 from netsim.kernels.matchings import association_probabilities
 from netsim.problems.event_association import EventAssociationProblem
+from netsim.scenario.load import load
 from netsim.testing import DROP, duplicate, rule
 from netsim.trace.events import Log, MessageSent
 
@@ -208,6 +210,25 @@ def test_who_crashes_and_reboots_gets_everything_again(scenarios, at_s):
     assert found["interval_misses"] == 0
     assert found["reports_heard_mean"] == whole["reports_heard_mean"]
     assert found["pair_error_linf"] == pytest.approx(whole["pair_error_linf"], rel=1e-9, abs=1e-12)
+
+
+def test_deep_recursions_have_room_and_deeper_ones_are_refused(scenarios):
+    """On a path of 150 events and as many measurements at one sensor, which are 299 levels; the scenario says what is too
+    deep.
+    """
+    count = 150
+    places_m = np.array([(float(number), 0.0) for number in range(2 * count)])
+    model = EventModel((0.4, 0.0, 0.4), 4.0, 0.8, 0.1)
+    events = tuple(PredictedEvent(number, 1, *place) for number, place in enumerate(places_m[::2].tolist()))
+    instance = EventAssociationInstance((1,) * count, places_m[1::2], events, model)
+    scene = EventAssociationProblem(instance, {1: (count, 0.0)}, 2.0 * count, np.empty((0, 2)))
+    assert np.count_nonzero(instance.weights) == 2 * count - 1
+    found = stated(scene, parameters(0, depth=200))
+    exact = association_probabilities(instance.weights[:, :12])
+    assert found.told.keys() == set(map(tuple, np.argwhere(instance.weights > 0.0).tolist()))
+    assert found.probabilities[0, 0] == pytest.approx(exact[0, 0], rel=1e-4)
+    with pytest.raises(ScenarioError, match="depth"):
+        load(scenarios / "oh2010" / "network.yaml", ["algorithm.depth=201"])
 
 
 def test_a_sensor_that_misreads_is_what_intervals_do_not_cover(scenarios):

@@ -16,7 +16,7 @@ WEIGHTS = np.array([[1.0, 2.0], [3.0, 0.5]])
 NAMES = {VertexName(False, 0, 0): 0, VertexName(False, 1, 0): 1, VertexName(True, 2, 0): 2, VertexName(True, 0, 1): 3}
 """Measurements of nodes 0 and 1, events of nodes 2 and 0."""
 WHOLE = tuple(NAMES)
-RIGHT = DecayGraph(WEIGHTS).chain(Chain((0, 1, 2, 3)), 3)
+RIGHT = float(DecayGraph(WEIGHTS).chain(Chain((0, 1, 2, 3)), 3))
 
 
 class Owner:
@@ -34,7 +34,7 @@ class Owner:
         for at_s, removed, vertices in self._plans.get(node.id, ()):
             yield from node.pause_until(at_s * S)
             product = yield from factors.product(named, removed, vertices, 3)
-            fields = [product, node.now_ns / S, factors.stood_in, factors.requests]
+            fields = [float(product), node.now_ns / S, factors.stood_in, factors.requests]
             node.record(AlgorithmRecord(node.id, "product", json.dumps(fields)))
         yield from node.pause_until(100 * S)
 
@@ -80,7 +80,7 @@ def test_the_list_and_all_that_is_removed_travel_whole():
 def test_two_who_ask_each_other_do_not_wait_for_ever():
     plans = {0: [(0, (), WHOLE)], 1: [(0, (), (WHOLE[1], WHOLE[0], WHOLE[2], WHOLE[3]))]}
     _, found = products(plans)
-    other = DecayGraph(WEIGHTS).chain(Chain((1, 0, 2, 3)), 3)
+    other = float(DecayGraph(WEIGHTS).chain(Chain((1, 0, 2, 3)), 3))
     assert {node: product for node, product, *_ in found} == pytest.approx({0: RIGHT, 1: other})
 
 
@@ -89,7 +89,7 @@ def test_a_silent_owner_is_stood_in_for_until_it_is_heard_of():
     mine = (WHOLE[0], WHOLE[2])
     plans = {0: [(0, (), mine), (5, (), mine), (13, (), mine)], 2: [(12, (), (WHOLE[3],))]}
     run, found = products(plans, [rule(DROP, destination=2, until_s=10.0)])
-    right = DecayGraph(WEIGHTS).chain(Chain((0, 2)), 3)
+    right = float(DecayGraph(WEIGHTS).chain(Chain((0, 2)), 3))
     of_0 = [each[1:] for each in found if each[0] == 0]
     assert [product for product, *_ in of_0] == pytest.approx([right] * 3)
     assert [time_s for _, time_s, *_ in of_0] == pytest.approx([3.0, 5.0, 13.0], abs=0.1)

@@ -20,6 +20,7 @@ from netsim.algorithms.decay_payload import (
     rounding_m,
 )
 from netsim.errors import AlgorithmError
+from netsim.kernels.correlation_decay import Product
 from netsim.kernels.event_association import PredictedEvent
 from netsim.kernels.known_association import SensorReport
 
@@ -102,7 +103,7 @@ def test_requests_come_back_as_they_went(request):
             decode_request(sent[:size])
 
 
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+@given(st.integers(0, 2**32 - 1), st.builds(Product, st.floats(0.5, 1.0, exclude_max=True), st.integers(-(2**31), 0)))
 def test_answers_come_back_as_they_went(number, product):
     sent = encode_answer(number, product)
     assert decode_answer(sent) == (number, product)
@@ -111,7 +112,23 @@ def test_answers_come_back_as_they_went(number, product):
             decode_answer(sent[:size])
 
 
-@pytest.mark.parametrize("product", [-1e-300, 1.0 + 1e-15, np.nan, np.inf])
+def test_an_answer_of_one_comes_back():
+    assert decode_answer(encode_answer(7, Product())) == (7, Product())
+    assert float(Product()) == 1.0
+
+
+@pytest.mark.parametrize(
+    "product",
+    [
+        Product(-0.5, 0),
+        Product(0.0, 0),
+        Product(0.25, 0),
+        Product(0.6, 1),
+        Product(0.5, 2),
+        Product(np.nan, 0),
+        Product(np.inf, 0),
+    ],
+)
 def test_an_answer_that_is_no_product_of_probabilities_is_refused(product):
     with pytest.raises(ValueError, match="a product of probabilities of"):
         decode_answer(encode_answer(1, product))

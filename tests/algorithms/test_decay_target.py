@@ -13,7 +13,7 @@ from netsim.algorithms.correlation_decay_parameters import TargetParameters
 from netsim.kernels.decay_interval import DecayInterval
 from netsim.kernels.known_association import KnownAssociation, report_of
 from netsim.kernels.matchings import association_probabilities
-from netsim.testing import DROP, delay, rule
+from netsim.testing import DROP, rule
 from netsim.trace.events import EnergyBudget, MessageSent, PairProbabilities
 
 fast = settings(deadline=None, max_examples=8)
@@ -89,17 +89,6 @@ def found_asks(found, node):
         event.kind == "report" and event.source == 13 and event.destination == node
         for _, event in found.run.of(MessageSent)
     )
-
-
-def test_an_answer_that_comes_when_it_is_given_up_is_used_all_the_same():
-    """Half a second after the last time-out; the sensor's other answers take as long."""
-    scene, target = problem(3), replace(TARGET, ask_attempts=1, answer_s=2.0)
-    others_s = rule(delay(1.9), kind="report")
-    in_time = stated(scene, parameters(0, depth=9, target=target), [others_s])
-    late = stated(scene, parameters(0, depth=9, target=target), [rule(delay(2.5), kind="report", source=13), others_s])
-    holds(scene, late)
-    used = [pair for pair in late.told if late.told[pair][1] > 0.0]
-    assert len(used) == len([pair for pair in in_time.told if in_time.told[pair][1] > 0.0])
 
 
 class Torn:

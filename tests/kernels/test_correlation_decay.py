@@ -1,5 +1,8 @@
 """Correlation decay against Algorithms 1 and 2 as the paper prints them, and against sums over all matchings."""
 
+import math
+import sys
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -10,9 +13,11 @@ from matching_enumeration import GRAPHS, TREES, alone, partition, phi, random_we
 from netsim.kernels.correlation_decay import (
     Chain,
     DecayGraph,
+    Product,
     certified_interval,
     literal,
     literal_pair,
+    literal_ratio,
     mask,
     members,
     normalised,
@@ -97,7 +102,7 @@ def test_a_chain_of_factors_is_a_ratio_of_partition_functions(weights, random):
     cut = random.randint(0, len(listed))
     removed, vertices = listed[:cut], listed[cut:]
     right = partition(without(weights, *listed)) / partition(without(weights, *removed))
-    assert graph.chain(Chain(tuple(vertices), frozenset(removed)), 20) == pytest.approx(right, rel=1e-11)
+    assert float(graph.chain(Chain(tuple(vertices), frozenset(removed)), 20)) == pytest.approx(right, rel=1e-11)
 
 
 @fast
@@ -225,12 +230,50 @@ def test_balls_are_those_of_breadth_first_search(weights, depth):
 
 
 def test_what_was_computed_once_is_not_computed_again():
+    """Not a factor; products and last sums are."""
     graph = DecayGraph(random_weights(3, 8, 6, 1.0))
-    first = literal(graph, 4, vertex_order(graph, "measurements_first"))
+    listed = vertex_order(graph, "measurements_first")
+    first, spent = literal(graph, 4, listed), graph.operations
+    np.testing.assert_array_equal(literal(graph, 4, listed), first)
+    again = graph.operations - spent
+    assert again == 48 * (14 + 12 + 2) < spent
+    two_factor(graph, 4)
     spent = graph.operations
-    assert spent > 0
-    np.testing.assert_array_equal(literal(graph, 4, vertex_order(graph, "measurements_first")), first)
-    assert graph.operations == spent
+    two_factor(graph, 4)
+    assert graph.operations - spent == 48 * 3
+    normalised(graph, 4)
+    spent = graph.operations
+    normalised(graph, 4)
+    assert graph.operations - spent == 48 * (3 * 8 + 2)
+
+
+@pytest.mark.parametrize("events", [70, 200])
+def test_products_that_no_float_can_hold_have_the_right_ratio(events):
+    """Of many equal components of one event: 1 / Z is 12001^-events."""
+    weights = np.kron(np.eye(events), np.full((20, 1), 600.0))
+    graph, right = DecayGraph(weights), 600.0 / 12001.0
+    whole = graph.chain(Chain(vertex_order(graph, "measurements_first")), 2)
+    assert math.log(whole.mantissa) + whole.exponent * math.log(2.0) == pytest.approx(-events * math.log(12001.0))
+    assert literal_pair(graph, 0, 0, 2, vertex_order(graph, "measurements_first")) == pytest.approx(right, rel=1e-12)
+    assert literal_pair(graph, 0, 0, 2, vertex_order(graph, "events_first")) == pytest.approx(right, rel=1e-12)
+
+
+@given(st.lists(st.floats(1e-3, 1.0), max_size=60), st.lists(st.floats(1e-3, 1.0), max_size=20))
+def test_scaled_products_have_the_bits_of_plain_ones(first, second):
+    scaled, plain = Product(), 1.0
+    for factor in first:
+        scaled, plain = scaled.times(factor), plain * factor
+    assert float(scaled) == plain
+    assert 0.5 <= scaled.mantissa < 1.0
+    other = Product()
+    for factor in second:
+        other = other.times(factor)
+    assert float(scaled.and_all_of(other)) == plain * float(other)
+    assert literal_ratio(2.5, scaled, other) == 2.5 * plain / float(other)
+
+
+def test_a_ratio_beyond_floats_is_the_largest_of_them():
+    assert literal_ratio(1.0, Product(), Product(0.5, -5000)) == sys.float_info.max
 
 
 def test_operations_are_counted_by_sum_and_term():
