@@ -187,7 +187,8 @@ class FloodRounds:
             self._node.send(request.source, self._kind, self._sent[number], causes=[request])
 
     def _serve(self) -> Op[None]:
+        """Answer; bundles that come now are of no use, and are not to fill the inbox."""
         while True:
-            request = yield from self._node.receive(kinds={self._kind + REQUEST})
-            if request is not None and request.source in self._rounds_of:
-                self._answer(request)
+            message = yield from self._node.receive(kinds={self._kind, self._kind + REQUEST})
+            if message is not None and message.kind != self._kind and message.source in self._rounds_of:
+                self._answer(message)

@@ -147,6 +147,24 @@ def test_who_comes_when_all_are_through_gets_what_there_is_and_is_not_heard():
     assert said[1][2] == [2]
 
 
+class LooksLater(Tell):
+    """Says what bundles are in its inbox at the end."""
+
+    def run(self, node):
+        yield from super().run(node)
+        left = []
+        while (message := (yield from node.receive(kinds={"word"}, timeout_ns=0))) is not None:
+            left.append(message.source)
+        node.record(AlgorithmRecord(node.id, "left", json.dumps(left)))
+
+
+def test_bundles_that_come_when_a_node_is_through_do_not_stay_in_its_inbox():
+    """Every bundle comes again ten rounds later."""
+    run, _ = flooded(nx.path_graph(3), 2, [rule(duplicate(10.0 * ROUND_S), kind="word")], algorithm=LooksLater)
+    left = [json.loads(event.fields_json) for _, event in run.of(AlgorithmRecord) if event.kind == "left"]
+    assert left == [[], [], []]
+
+
 class LosesAll(Tell):
     """Node 1 loses all it knew in the second round and begins anew."""
 
