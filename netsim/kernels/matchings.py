@@ -8,6 +8,8 @@ of every matching. Components of the graph are independent and are summed each f
 Weights are arrays of shape (N, K), measurements by events, zero where a pair is not gated.
 """
 
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -80,10 +82,7 @@ def count_matchings(weights: FloatArray) -> int:
     require_within_reach(weights)
     total = 1
     for part in components(weights):
-        edges = (_tall(_block(weights, part)) > 0).astype(object)
-        table = _begin(edges, object)
-        for row in edges:
-            table = _with_row(table, row)
+        table, _ = _all_rows((_tall(_block(weights, part)) > 0).astype(object))
         total *= int(table.sum())
     return total
 
@@ -97,13 +96,8 @@ def log_partition(weights: FloatArray) -> float:
     require_within_reach(weights)
     total = 0.0
     for part in components(weights):
-        block = _tall(_block(weights, part))
-        table = _begin(block, np.float64)
-        for row in block:
-            table = _with_row(table, row)
-            total += float(np.log(table.max()))
-            table = table / table.max()
-        total += float(np.log(table.sum()))
+        table, log_scale = _all_rows(_tall(_block(weights, part)))
+        total += log_scale + float(np.log(table.sum()))
     return total
 
 
@@ -139,11 +133,27 @@ def _tall(block: FloatArray) -> FloatArray:
     return block if block.shape[0] >= block.shape[1] else block.T
 
 
-def _begin(block: Table, dtype: type) -> Table:
-    """Nothing taken yet, for certain."""
-    table = np.zeros(1 << block.shape[1], dtype=dtype)
-    table[0] = 1
-    return table
+def _row_by_row(block: Table) -> Iterator[tuple[Table, float]]:
+    """Before the first row and after each: the sums over what the rows so far do, by the set of columns they take.
+
+    Yields:
+        The table and the logarithm of what it is divided by, so that its largest number is 1; whole numbers stay what they
+        are.
+    """
+    table, log_scale = np.zeros(1 << block.shape[1], dtype=block.dtype), 0.0
+    table[0] = 1  # nothing taken yet, for certain
+    yield table, log_scale
+    for row in block:
+        table = _with_row(table, row)
+        if block.dtype != object:
+            largest = table.max()
+            table, log_scale = table / largest, log_scale + float(np.log(largest))
+        yield table, log_scale
+
+
+def _all_rows(block: Table) -> tuple[Table, float]:
+    """What comes after the last row."""
+    return deque(_row_by_row(block), maxlen=1)[0]
 
 
 def _halves(table: Table, column: int) -> tuple[Table, Table]:
@@ -174,10 +184,7 @@ def _before_row(later: Table, row: Table) -> Table:
 
 def _tall_probabilities(block: FloatArray) -> FloatArray:
     """Forward and backward sums, each rescaled row by row; for every row both have one common scale."""
-    tables = [_begin(block, np.float64)]
-    for row in block[:-1]:
-        grown = _with_row(tables[-1], row)
-        tables.append(grown / grown.max())
+    tables = [table for table, _ in _row_by_row(block[:-1])]
     found = np.zeros(block.shape)
     later = np.ones(1 << block.shape[1])
     for number in reversed(range(len(block))):

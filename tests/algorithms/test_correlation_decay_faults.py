@@ -213,10 +213,10 @@ def test_who_crashes_and_reboots_gets_everything_again(scenarios, at_s):
 
 
 def test_deep_recursions_have_room_and_deeper_ones_are_refused(scenarios):
-    """On a path of 150 events and as many measurements at one sensor, which are 299 levels; the scenario says what is too
+    """On a path of 105 events and as many measurements at one sensor, which are 209 levels; the scenario says what is too
     deep.
     """
-    count = 150
+    count = 105
     places_m = np.array([(float(number), 0.0) for number in range(2 * count)])
     model = EventModel((0.4, 0.0, 0.4), 4.0, 0.8, 0.1)
     events = tuple(PredictedEvent(number, 1, *place) for number, place in enumerate(places_m[::2].tolist()))
