@@ -37,8 +37,8 @@ class TargetParameters:
     A node grows t by two, asks the sensors that may have missing measurements of events within that distance, and computes
     the interval again, until it is as narrow as asked, `depth` is reached, or the allowance is spent. It stops before, with
     what it can certify, when no answer could come before `until_s`, and when sensors that do not answer leave so much open
-    that intervals cannot become as narrow as asked by any answer of others, nor narrower by as much. What the estimator finds
-    is then brought into the interval: a stated probability is off by no more than the width.
+    that intervals cannot become as narrow as asked by any answer of others, nor narrower by as much. What the estimator
+    finds is then brought into the interval: a stated probability is off by no more than the width.
     """
 
     interval_width: Annotated[float, Ge(0), Le(1)] = 0.05
