@@ -6,7 +6,8 @@ intervals that its knowledge certifies.
 
 What the processor is charged for: the recursions' sums and what estimates and intervals make of them (see
 `DecayGraph.operations`, `DecayInterval.operations`), and weights of measurements and events, 20 operations each. Not
-charged: encoding and decoding.
+charged: encoding and decoding. A node whose energy allowance refuses what its own probabilities take states none; what
+others wait for, and what it looks at on the way, is computed all the same (see `charging`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,6 +21,7 @@ from netsim.algorithms.decay_factors import FACTORS, Factors, NamedGraph
 from netsim.algorithms.decay_payload import VertexName
 from netsim.algorithms.decay_record import Statistics, record_pairs
 from netsim.algorithms.decay_reports import HeardReports, Pair
+from netsim.algorithms.patient_compute import compute_when_allowed
 from netsim.api import NodeHandle, NoEnergyError, Op
 from netsim.errors import AlgorithmError
 from netsim.kernels.correlation_decay import (
@@ -89,10 +91,19 @@ class _Sensor:
         bounds = [interval.pair(j, k, depth) for j, k in pairs]
         if parameters.target is not None:
             estimates = [min(max(p, low), high) for p, (low, high) in zip(estimates, bounds, strict=True)]
-        yield from charge(node, interval.operations)
-        record_pairs(node, self._knowledge.first_variable, known, pairs, estimates, bounds, depth)
+        if (yield from self._is_computed(known, interval)):
+            record_pairs(node, self._knowledge.first_variable, known, pairs, estimates, bounds, depth)
         yield from node.pause_until(s_to_ns(parameters.until_s))
         self._statistics.record(node, self._factors, known, pairs)
+
+    def _is_computed(self, known: KnownAssociation, interval: DecayInterval) -> Op[bool]:
+        """Charge what is to be stated; what the energy allowance refuses until the end is not stated."""
+        factors = known.graph.operations if self._parameters.factors == "local" else 0
+        operations = factors + interval.operations
+        if (yield from compute_when_allowed(self._node, operations, s_to_ns(self._parameters.until_s))):
+            return True
+        self._node.log("too little energy to compute probabilities: none are stated")
+        return False
 
     def _measure(self) -> Op[bytes | None]:
         """The report to tell; None if there was no energy to measure, which is not a report of no measurement."""
@@ -130,7 +141,6 @@ class _Sensor:
             found = [two_factor_pair(graph, j, k, depth, parameters.side) for j, k in pairs]
         else:
             found = [normalised_pair(graph, j, k, depth, parameters.side) for j, k in pairs]
-        yield from charge(self._node, graph.operations)
         return found
 
     def _listed(self, known: KnownAssociation, pairs: Sequence[Pair]) -> list[int]:

@@ -239,10 +239,21 @@ def test_a_sensor_that_misreads_is_what_intervals_do_not_cover(scenarios):
     assert found["interval_misses"] > 0
 
 
+CRASH = "faults=[{type: crash, nodes: [0, 3, 6], at_s: 0.5, reboot_after_s: 1}]"
+
+
 def test_an_allowance_that_is_used_up_leaves_what_holds(scenarios):
-    """After a third of a second nothing is passed on, and who reboots cannot measure: nobody takes that for an answer."""
-    crash = "faults=[{type: crash, nodes: [0, 3, 6], at_s: 0.5, reboot_after_s: 1}]"
-    found = shipped(scenarios, "nodes.0.budget={allowance_j: 0.02}", crash)
+    """After a third of a second nothing is passed on, and who reboots cannot measure: nobody takes that for an answer. What
+    the others know they compute when there is energy again.
+    """
+    found = shipped(scenarios, "nodes.0.budget={allowance_j: 0.02, per: 20}", CRASH)
     assert found["interval_misses"] == 0
-    assert found["gated_pairs_told_share"] < 1.0
+    assert 0.0 < found["gated_pairs_told_share"] < 1.0
     assert found["events_incomplete_share"] > 0.5
+
+
+def test_what_there_is_no_energy_to_compute_is_not_stated(scenarios):
+    """An allowance that is gone when all reports are there, and never replenished."""
+    found = shipped(scenarios, "nodes.0.budget={allowance_j: 0.2}")
+    assert found["reports_heard_mean"] == 10.0
+    assert found["gated_pairs_told_share"] == 0.0
