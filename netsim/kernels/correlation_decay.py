@@ -27,6 +27,8 @@ Removed = int
 VertexOrder = Literal["measurements_first", "events_first", "few_neighbours_first", "many_neighbours_first"]
 Side = Literal["event", "measurement"]
 Estimator = Literal["literal", "two_factor", "normalised"]
+_SMALL = 1e-150
+"""A product that is smaller is scaled before it goes on, long before it could lose digits."""
 PairFunction = Callable[[int, int], float]
 
 
@@ -128,12 +130,16 @@ class DecayGraph:
 
     def chain(self, chain: Chain, depth: int) -> Product:
         """The product of a chain's factors (Algorithm 4)."""
-        product, removed = Product(), mask(chain.removed)
+        product, exponent, removed = 1.0, 0, mask(chain.removed)
         for vertex in chain.vertices:
-            product = product.times(self._factor(vertex, depth, removed))
+            product *= self._factor(vertex, depth, removed)
             removed |= 1 << vertex
+            if product < _SMALL:
+                product, shift = math.frexp(product)
+                exponent += shift
         self.operations += len(chain.vertices)
-        return product
+        mantissa, shift = math.frexp(product)
+        return Product(mantissa, exponent + shift)
 
     def _edges_of(self, vertex: int) -> list[tuple[int, float]]:
         rows = self.measurements

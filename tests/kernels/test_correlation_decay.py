@@ -247,7 +247,7 @@ def test_what_was_computed_once_is_not_computed_again():
     assert graph.operations - spent == 48 * (3 * 8 + 2)
 
 
-@pytest.mark.parametrize("events", [70, 200])
+@pytest.mark.parametrize("events", [30, 70, 200])
 def test_products_that_no_float_can_hold_have_the_right_ratio(events):
     """Of many equal components of one event: 1 / Z is 12001^-events."""
     weights = np.kron(np.eye(events), np.full((20, 1), 600.0))
