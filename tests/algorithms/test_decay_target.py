@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from decay_rig import PROBLEM, WHOLE, by_kernel, holds, parameters, problem, stated
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from netsim.algorithms.correlation_decay import CorrelationDecay
@@ -137,6 +137,10 @@ def test_no_question_is_asked_whose_answer_could_not_come_before_the_end():
 
 @fast
 @given(seeds, st.sampled_from([0.01, 0.1, 0.3]))
+@example(0, 0.3)
+@example(3, 0.1)
+@example(4, 0.2)
+@example(7, 0.3)
 def test_who_stops_before_its_time_could_have_gained_no_more_than_the_target(seed, width):
     """Against the intervals at full depth with all reports but the silent sensor's."""
     scene = problem(seed)
