@@ -22,7 +22,8 @@ from netsim.algorithms.decay_payload import (
     encode_request,
 )
 from netsim.api import Message, NodeHandle, Op
-from netsim.kernels.correlation_decay import DecayGraph, Product
+from netsim.kernels.correlation_decay import DecayGraph
+from netsim.kernels.scaled_product import Product
 
 FACTORS = "factors"
 PRODUCT = "product"

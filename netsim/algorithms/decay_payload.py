@@ -16,9 +16,9 @@ import numpy as np
 
 from netsim.codec import FloatWidth, Record, decode_floats, encode_floats, size_byte
 from netsim.errors import AlgorithmError
-from netsim.kernels.correlation_decay import Product
 from netsim.kernels.event_association import PredictedEvent
 from netsim.kernels.known_association import SensorReport
+from netsim.kernels.scaled_product import Product
 from netsim.kernels.semiring import FloatArray
 
 _COUNT = Record("B")

@@ -13,13 +13,13 @@ within t steps of its vertex, and many paths leave the same.
 """
 
 import math
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from netsim.kernels.scaled_product import Product
 from netsim.kernels.semiring import FloatArray
 
 Removed = int
@@ -46,35 +46,6 @@ class Chain:
 
     vertices: tuple[int, ...]
     removed: frozenset[int] = frozenset()
-
-
-@dataclass(frozen=True, slots=True)
-class Product:
-    """A product of positive factors, mantissa * 2^exponent: of many vertices' factors it may be smaller than any float.
-
-    As scaling by powers of two is exact, ratios of products have the bits that they would have of unlimited floats.
-
-    Attributes:
-        mantissa: At least 0.5 and below 1.
-        exponent: Power of two.
-    """
-
-    mantissa: float = 0.5
-    exponent: int = 1
-
-    def times(self, factor: float) -> "Product":
-        """With one more factor, above 0 and finite."""
-        mantissa, exponent = math.frexp(self.mantissa * factor)
-        return Product(mantissa, self.exponent + exponent)
-
-    def and_all_of(self, other: "Product") -> "Product":
-        """With all factors of another."""
-        product = self.times(other.mantissa)
-        return Product(product.mantissa, product.exponent + other.exponent)
-
-    def __float__(self) -> float:
-        """The product, 0 where it is too small."""
-        return math.ldexp(self.mantissa, self.exponent)
 
 
 class DecayGraph:
@@ -236,11 +207,7 @@ def literal_chains(graph: DecayGraph, measurement: int, event: int, order: Seque
 
 def literal_ratio(weight: float, whole: Product, without_pair: Product) -> float:
     """Of eq 10: the chains' products are reciprocals of partition functions. At most the largest float."""
-    ratio = weight * whole.mantissa / without_pair.mantissa
-    try:
-        return math.ldexp(ratio, whole.exponent - without_pair.exponent)
-    except OverflowError:
-        return sys.float_info.max
+    return whole.over(without_pair, weight)
 
 
 def literal(graph: DecayGraph, depth: int, order: Sequence[int]) -> FloatArray:

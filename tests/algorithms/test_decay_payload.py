@@ -20,9 +20,9 @@ from netsim.algorithms.decay_payload import (
     rounding_m,
 )
 from netsim.errors import AlgorithmError
-from netsim.kernels.correlation_decay import Product
 from netsim.kernels.event_association import PredictedEvent
 from netsim.kernels.known_association import SensorReport
+from netsim.kernels.scaled_product import Product
 
 ids = st.integers(0, 65_535)
 metres = st.floats(-1e4, 1e4)

@@ -13,7 +13,6 @@ from matching_enumeration import GRAPHS, TREES, alone, partition, phi, random_we
 from netsim.kernels.correlation_decay import (
     Chain,
     DecayGraph,
-    Product,
     certified_interval,
     literal,
     literal_pair,
@@ -26,6 +25,7 @@ from netsim.kernels.correlation_decay import (
 )
 from netsim.kernels.event_gating import gated_weights
 from netsim.kernels.matchings import association_probabilities
+from netsim.kernels.scaled_product import Product
 
 fast = settings(deadline=None, max_examples=25)
 depths = st.integers(0, 6)
