@@ -1,0 +1,108 @@
+r"""Where instants lie on the time axis.
+
+Non-linear time, after the sequence chart of OMNeT++ (Varga and Hornig, "An overview of the OMNeT++ simulation environment",
+SIMUTools 2008; OMNeT++ User Guide, "Sequence charts"): between two events that follow each other the axis advances by a step
+that grows with the logarithm of the gap, so that an acknowledgement of 0.35 ms and a pause of 5 s are in one picture. With
+the instants t_0 < t_1 < ... at which something begins or ends,
+
+    y(t_0) = 0,    y(t_{i+1}) = y(t_i) + b log10(1 + (t_{i+1} - t_i) / tau),
+
+and straight lines between. It is continuous and strictly increasing. tau is a quarter of the shortest airtime in the window,
+so that the shortest frame that nothing interrupts is b log10(5) = 0.7 b high; b is `STEP`.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from netsim.sequence.records import Exchange
+
+TIMES = ("nonlinear", "linear", "events")
+STEP = 17.0
+"""What a gap of nine times tau takes, in the picture's units (points on screen)."""
+EVENT_STEP = 12.0
+"""From one event to the next where all steps are equal."""
+_SHARE_OF_AIRTIME = 4
+_LINEAR_AIRTIME = 16.0  # height of the median airtime in linear time, if that makes the picture neither short nor endless
+_LINEAR_HEIGHTS = (500.0, 24_000.0)
+_LONG_PAUSE = 5.0  # pauses are marked that are this many times as long as the longest airtime
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A time in which nothing happens.
+
+    Attributes:
+        start_ns: When it begins.
+        end_ns: When it ends.
+    """
+
+    start_ns: int
+    end_ns: int
+
+
+@dataclass(frozen=True)
+class TimeScale:
+    """Places of instants, straight lines between.
+
+    Attributes:
+        instants_ns: In ascending order, shape (n,).
+        places: Where they lie, shape (n,); strictly ascending.
+        pauses: The long pauses, whose length is to be told.
+    """
+
+    instants_ns: NDArray[np.int64]
+    places: NDArray[np.float64]
+    pauses: Sequence[Pause] = ()
+
+    def place(self, time_ns: int) -> float:
+        """Where an instant lies; those before the first or after the last lie with these."""
+        since_ns = (self.instants_ns - self.instants_ns[0]).astype(float)
+        return float(np.interp(float(time_ns - int(self.instants_ns[0])), since_ns, self.places))
+
+    @property
+    def length(self) -> float:
+        """Of the whole axis."""
+        return float(self.places[-1])
+
+
+def scale_of(exchange: Exchange, time: str, marks_ns: Iterable[int] = ()) -> TimeScale:
+    """The axis of an exchange.
+
+    Args:
+        exchange: What is shown.
+        time: `nonlinear`; `linear`, true to scale; or `events`, where all steps are equal.
+        marks_ns: Instants of what is shown besides the frames.
+    """
+    airtimes_ns = np.array([each.end_ns - each.start_ns for each in exchange.transmissions], np.int64)
+    ends = (instant for each in exchange.transmissions for instant in (each.start_ns, each.end_ns))
+    instants_ns = np.unique(np.array([*ends, *marks_ns], np.int64))
+    gaps_ns = np.diff(instants_ns).astype(float)
+    positive_ns = airtimes_ns[airtimes_ns > 0]
+    if time == "linear":
+        span_ns = float(instants_ns[-1] - instants_ns[0])
+        typical_ns = float(np.median(positive_ns)) if len(positive_ns) else span_ns
+        height = float(np.clip(_LINEAR_AIRTIME * span_ns / max(typical_ns, 1.0), *_LINEAR_HEIGHTS))
+        return TimeScale(instants_ns, np.append(0.0, np.cumsum(gaps_ns * height / max(span_ns, 1.0))))
+    shortest_ns = int(positive_ns.min()) if len(positive_ns) else 1_000
+    steps = np.full(len(gaps_ns), EVENT_STEP) if time == "events" else log_steps(gaps_ns, shortest_ns)
+    pauses = _pauses(exchange, instants_ns, int(airtimes_ns.max()))
+    return TimeScale(instants_ns, np.append(0.0, np.cumsum(steps)), pauses)
+
+
+def log_steps(gaps_ns: NDArray[np.float64], shortest_airtime_ns: int) -> NDArray[np.float64]:
+    """How far the non-linear axis advances over gaps between events."""
+    tau_ns = shortest_airtime_ns / _SHARE_OF_AIRTIME
+    return np.asarray(STEP * np.log1p(gaps_ns / tau_ns) / np.log(10.0))
+
+
+def _pauses(exchange: Exchange, instants_ns: NDArray[np.int64], longest_ns: int) -> list[Pause]:
+    """Long gaps between events; while a frame is in the air it is no pause."""
+    gaps_ns = np.diff(instants_ns)
+    long = np.flatnonzero(gaps_ns >= max(1, round(_LONG_PAUSE * longest_ns)))
+    begun = np.array(sorted(each.start_ns for each in exchange.transmissions), np.int64)
+    ended = np.array(sorted(each.end_ns for each in exchange.transmissions), np.int64)
+    quiet = np.searchsorted(begun, instants_ns[long], "right") == np.searchsorted(ended, instants_ns[long], "right")
+    return [Pause(int(instants_ns[at]), int(instants_ns[at + 1])) for at in long[quiet]]
