@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 from netsim.replay import style
-from netsim.sequence.ink import add, colour, cross, line, number
+from netsim.sequence.ink import Drawn, add, colour, cross, line, number
 from netsim.sequence.labels import SIZE, Label, Room
 from netsim.sequence.plan import Plan
 from netsim.sequence.records import Arm, Transmission
@@ -40,6 +40,7 @@ class _Look:
     colour: str
     width: float
     head: float
+    opacity: str | None
 
 
 def draw_transmission(layers: Layers, plan: Plan, sent: Transmission, place: int) -> None:
@@ -74,7 +75,7 @@ def _look(plan: Plan, sent: Transmission, fate: str) -> _Look:
     else:
         tone = INTERFERED_COLOUR if fate == INTERFERED else LOST_COLOUR
     many = sent.destination == BROADCAST and len(sent.arms) > _FEW
-    return _Look(tone, 0.8 if thin or many else 1.6, 5.0 if thin or many else 7.0)
+    return _Look(tone, 0.8 if thin or many else 1.6, 5.0 if thin or many else 7.0, "0.45" if many else None)
 
 
 def _by_fate(arms: Iterable[Arm]) -> dict[str, list[Arm]]:
@@ -102,7 +103,7 @@ def _draw_band(group: ET.Element, plan: Plan, sent: Transmission) -> None:
         width=max(x) - min(x),
         height=max(bottom - top, 1.0),
         fill=_look(plan, sent, fate).colour,
-        fill_opacity=_BAND_OPACITY if sent.carries_message else "0.06",
+        fill_opacity=_BAND_OPACITY if sent.carries_message and len(sent.arms) <= _FEW else "0.06",
     )
 
 
@@ -126,7 +127,13 @@ def _draw_arms(group: ET.Element, plan: Plan, sent: Transmission, fate: str, arm
             shafts += line(start, end)
             heads += cross(*end, _CROSS)
     dashes = None if fate == RECEIVED else DASHES
-    add(group, "path", d=shafts, stroke=look.colour, stroke_width=look.width, fill="none", stroke_dasharray=dashes)
+    drawn: Drawn = {
+        "stroke": look.colour,
+        "stroke_width": look.width,
+        "stroke_dasharray": dashes,
+        "opacity": look.opacity,
+    }
+    add(group, "path", d=shafts, fill="none", **drawn)
     if fate == RECEIVED:
         add(group, "path", d=heads, fill=look.colour)
     else:
@@ -155,12 +162,21 @@ def _label(texts: ET.Element, room: Room, plan: Plan, sent: Transmission) -> Non
             if not arm.is_received and sent.role != "ack":
                 _tell_reason(texts, room, plan, sent, arm)
     if not sent.arms:
+        left, right = ((plan.x[sent.source] + side * plan.column / 3, plan.y(sent.end_ns)) for side in (-1.0, 1.0))
+        label = room.along(left, right, _wordings(plan, sent))
+        if label is not None:
+            put_label(texts, label, LOST_COLOUR)
         return
     arm = max(sent.arms, key=lambda each: (each.is_received, abs(plan.x[each.node] - plan.x[sent.source])))
     fate = next(iter(_by_fate([arm])))
-    label = room.along(*ends(plan, sent, arm), labels(sent))
+    label = room.along(*ends(plan, sent, arm), _wordings(plan, sent))
     if label is not None:
         put_label(texts, label, _look(plan, sent, fate).colour)
+
+
+def _wordings(plan: Plan, sent: Transmission) -> list[str]:
+    sending = plan.exchange.sendings.get(sent.message_id)
+    return labels(sent, 1 if sending is None else sending.fragments)
 
 
 def _tell_reason(texts: ET.Element, room: Room, plan: Plan, sent: Transmission, arm: Arm) -> None:

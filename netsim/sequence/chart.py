@@ -4,7 +4,16 @@ from collections.abc import Iterator
 from xml.etree import ElementTree as ET
 
 from netsim.sequence.arrows import Layers, draw_transmission
-from netsim.sequence.frame import BACKGROUND, LABEL, SOFT, draw_axis, draw_backdrop, draw_names, draw_names_again
+from netsim.sequence.frame import (
+    BACKGROUND,
+    LABEL,
+    SOFT,
+    draw_axis,
+    draw_backdrop,
+    draw_corner,
+    draw_names,
+    draw_names_again,
+)
 from netsim.sequence.ink import FONT, SVG, add, number
 from netsim.sequence.labels import Room
 from netsim.sequence.legend import ROW, draw_rows, entries, rows
@@ -59,23 +68,22 @@ def _counted(count: int, noun: str) -> str:
 
 
 def parts(plan: Plan) -> Iterator[ET.Element]:
-    """The chart itself in three parts that a page can move on their own: body, time axis, names."""
+    """The chart itself in parts that a page can move on their own: body, time axis, names, and the corner between."""
     body = ET.Element("g", {"id": "body"})
     draw_backdrop(body, plan)
-    draw_lifelines(add(body, "g", id="lives"), plan)
-    links = add(body, "g", id="causes")
+    draw_links(add(body, "g", id="causes"), plan)
     layers = Layers(add(body, "g", id="arrows"), ET.Element("g", {"id": "labels"}), Room())
-    marks = add(body, "g", id="marks")
+    draw_lifelines(add(body, "g", id="lives"), plan)
+    draw_marks(add(body, "g", id="marks"), layers.labels, plan, layers.room)
     body.append(layers.labels)
-    draw_marks(marks, layers.labels, plan, layers.room)
-    draw_links(links, plan)
     for place, sent in enumerate(plan.exchange.transmissions):
         draw_transmission(layers, plan, sent, place)
     draw_names_again(body, plan)
-    axis, names = ET.Element("g", {"id": "axis"}), ET.Element("g", {"id": "names"})
+    axis, names, corner = (ET.Element("g", {"id": part}) for part in ("axis", "names", "corner"))
     draw_axis(axis, plan)
     draw_names(names, plan)
-    yield from (body, axis, names)
+    draw_corner(corner)
+    yield from (body, axis, names, corner)
 
 
 def _root(view_box: str, width: float, height: float) -> ET.Element:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from xml.etree import ElementTree as ET
 
 from netsim.replay import style
-from netsim.sequence.ink import add, colour, line, width_of
+from netsim.sequence.ink import Drawn, add, colour, line, width_of
 from netsim.sequence.plan import AXIS_WIDTH, HEAD_HEIGHT, NAME_SIZE, Plan
 from netsim.sequence.words import duration, instant
 
@@ -22,14 +22,16 @@ def draw_backdrop(parent: ET.Element, plan: Plan) -> None:
     for pause in plan.scale.pauses:
         top, bottom = plan.y(pause.start_ns), plan.y(pause.end_ns)
         inset = min(3.0, (bottom - top) / 4)
-        place = {"x": _EDGE, "y": top + inset, "width": plan.width - _EDGE, "height": bottom - top - 2 * inset}
+        place: Drawn = {"x": _EDGE, "y": top + inset, "width": plan.width - _EDGE, "height": bottom - top - 2 * inset}
         band = add(parent, "rect", class_="pause", **place, fill=PAUSE)
         add(band, "title", f"nothing is on the air for {duration(pause.end_ns - pause.start_ns)}")
     for number, time_ns in _shared_rounds(plan):
         y = plan.y(time_ns)
         add(parent, "path", d=line((_EDGE, y), (plan.width, y)), stroke=FIELD, stroke_dasharray="1 3", stroke_width=1.0)
         text = f"round {number}"
-        add(parent, "text", text, class_="t", x=plan.width - 4.0, y=y - 3.0, text_anchor="end", fill=SOFT, font_size=9.0)
+        add(
+            parent, "text", text, class_="t", x=plan.width - 4.0, y=y - 3.0, text_anchor="end", fill=SOFT, font_size=9.0
+        )
 
 
 def _shared_rounds(plan: Plan) -> Iterator[tuple[int, int]]:
@@ -43,9 +45,17 @@ def _shared_rounds(plan: Plan) -> Iterator[tuple[int, int]]:
 
 def draw_names(parent: ET.Element, plan: Plan) -> None:
     """The names of the nodes, above their life lines."""
-    add(parent, "rect", x=AXIS_WIDTH - 8.0, y=0.0, width=plan.width - AXIS_WIDTH + 8.0, height=HEAD_HEIGHT, fill=BACKGROUND)
+    add(
+        parent,
+        "rect",
+        x=AXIS_WIDTH - 8.0,
+        y=0.0,
+        width=plan.width - AXIS_WIDTH + 8.0,
+        height=HEAD_HEIGHT,
+        fill=BACKGROUND,
+    )
     for node in plan.order:
-        place = {"x": plan.x[node], "y": HEAD_HEIGHT - 10.0, "text_anchor": "middle"}
+        place: Drawn = {"x": plan.x[node], "y": HEAD_HEIGHT - 10.0, "text_anchor": "middle"}
         name = add(parent, "text", _fitting(plan, node), class_="n", **place, fill=LABEL, font_size=NAME_SIZE)
         name.set("data-n", str(node))
         add(name, "title", plan.exchange.name(node))
@@ -69,6 +79,13 @@ def _fitting(plan: Plan, node: int) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
+def draw_corner(parent: ET.Element) -> None:
+    """Above the time axis: what it is in."""
+    add(parent, "rect", x=0.0, y=0.0, width=_EDGE, height=HEAD_HEIGHT, fill=BACKGROUND)
+    place: Drawn = {"x": _EDGE - 10.0, "y": HEAD_HEIGHT - 10.0, "text_anchor": "end", "font_size": _TICK_SIZE}
+    add(parent, "text", "time (s)", **place, fill=SOFT)
+
+
 def draw_axis(parent: ET.Element, plan: Plan) -> None:
     """True times: after every pause, and of frames as far as there is room; in between the lengths of the pauses."""
     add(parent, "rect", x=0.0, y=0.0, width=_EDGE, height=plan.height, fill=BACKGROUND)
@@ -84,13 +101,13 @@ def draw_axis(parent: ET.Element, plan: Plan) -> None:
         if all(abs(y - other) >= 0.8 * _TICK_GAP for other in taken):
             taken.append(y)
             text = f"↕ {duration(pause.end_ns - pause.start_ns)}"
-            place = {"x": _EDGE - 10.0, "y": y + 3.5, "text_anchor": "end", "font_size": _TICK_SIZE}
+            place: Drawn = {"x": _EDGE - 10.0, "y": y + 3.5, "text_anchor": "end", "font_size": _TICK_SIZE}
             add(parent, "text", text, **place, fill=SOFT, font_style="italic")
 
 
 def _tick(parent: ET.Element, y: float, text: str) -> None:
     add(parent, "path", d=line((_EDGE - 5.0, y), (_EDGE, y)), stroke=FIELD, stroke_width=1.0)
-    place = {"x": _EDGE - 10.0, "y": y + 3.5, "text_anchor": "end", "font_size": _TICK_SIZE}
+    place: Drawn = {"x": _EDGE - 10.0, "y": y + 3.5, "text_anchor": "end", "font_size": _TICK_SIZE}
     add(parent, "text", text, **place, fill=LABEL)
 
 

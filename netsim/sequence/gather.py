@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from netsim.errors import ScenarioError
@@ -10,7 +10,7 @@ from netsim.metrics.causes import Causes
 from netsim.sequence.aim import Aim
 from netsim.sequence.powers import radio_powers_w
 from netsim.sequence.records import Change, Exchange, Noted, Transmission
-from netsim.sequence.trains import joined
+from netsim.sequence.trains import joined, numbered
 from netsim.trace.events import (
     RADIO_STATES,
     Event,
@@ -27,7 +27,7 @@ from netsim.trace.events import (
     VariablePlacement,
 )
 from netsim.trace.reader import last_time_ns, read_trace, trace_metadata
-from netsim.units import NS_PER_S
+from netsim.units import NS_PER_S, NS_PER_US
 
 FRAME_LIMIT = 3000
 """Frames in a chart, if nothing else is asked for: about what a browser draws without delay."""
@@ -161,8 +161,9 @@ class _Reader:
             raise ScenarioError(self._nothing())
         exchange = self._exchange
         exchange.kinds = [kind for kind in self._kinds if kind]
-        exchange.transmissions = joined(self._found)
         exchange.sendings = self._told.sendings
+        exchange.transmissions = list(numbered(joined(self._found), exchange.sendings))
+        _listen_when_awake(exchange)
         return exchange
 
     def _too_many(self, limit_ns: int) -> str:
@@ -184,6 +185,12 @@ class _Reader:
         return f"--sequence: nothing{of} was on the air {window}; choose another --start and --end"
 
 
+def _listen_when_awake(exchange: Exchange) -> None:
+    """Traces that tell no receptions tell of waking up only that it begins: from then on the radio listens."""
+    if not any(change.state in ("receive", "transmit") for change in exchange.radio):
+        exchange.radio = [replace(each, state="listen") if each.state == "switch" else each for each in exchange.radio]
+
+
 def _filters(asked: Asked) -> Iterator[str]:
     if asked.kinds is not None:
         yield f" of kind {', '.join(sorted(asked.kinds))}"
@@ -192,4 +199,5 @@ def _filters(asked: Asked) -> Iterator[str]:
 
 
 def _s(time_ns: int) -> str:
-    return f"{time_ns / NS_PER_S:.9g}"
+    """An instant, cut off after the microseconds: frames that end there are not before it."""
+    return f"{time_ns // NS_PER_US / (NS_PER_S // NS_PER_US):.6f}".rstrip("0").rstrip(".")

@@ -7,11 +7,13 @@ from netsim.replay.style import Rgba
 
 SVG = "http://www.w3.org/2000/svg"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+Drawn = dict[str, str | float | None]
+"""Attributes, as `add` takes them."""
 CHARACTER = 0.58
 """Width of a character over the size of its font, about."""
 
 
-def add(parent: ET.Element, tag: str, text: str | None = None, **attributes: str | float | None) -> ET.Element:
+def add(parent: ET.Element, tag: str, text: str | None = None, /, **attributes: str | float | None) -> ET.Element:
     """Append an element; underscores in attributes' names are hyphens, a trailing one is dropped, None is left out."""
     written = {
         name.rstrip("_").replace("_", "-"): value if isinstance(value, str) else number(value)

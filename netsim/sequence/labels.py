@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from netsim.sequence.ink import width_of
 
 SIZE = 9.5
-_ABOVE = 3.2
+_ABOVE = 4.4
 _GAP = 9.0  # between a label and the ends of its arrow
 _PLACES = (0.5, 0.34, 0.66, 0.2, 0.8)
 _BAND = 40.0

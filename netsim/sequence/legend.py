@@ -6,8 +6,8 @@ from xml.etree import ElementTree as ET
 
 from netsim.sequence.aim import OVERHEAR
 from netsim.sequence.arrows import DASHES, INTERFERED_COLOUR, LOST_COLOUR, THIN_COLOUR
-from netsim.sequence.ink import add, cross, line, width_of
-from netsim.sequence.lifelines import BAND, DOT, FAINT, FAULT, LEADER, state_colour
+from netsim.sequence.ink import Drawn, add, cross, line, width_of
+from netsim.sequence.lifelines import BAND, DOT, FAULT, LEADER, state_colour
 from netsim.sequence.links import cause_links
 from netsim.sequence.plan import Plan
 from netsim.sequence.states import announced, roles
@@ -18,7 +18,6 @@ SIZE = 10.5
 ROW = 19.0
 MARK = 26.0
 _GAP, _AFTER = 6.0, 16.0
-_BANDS = ("band", "faint")
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Entry:
     """A mark and what it means.
 
     Attributes:
-        shape: `arrow`, `thin`, `cross`, `arc`, `dot`, `frame`, `band`, `faint` or `refused`.
+        shape: `arrow`, `thin`, `cross`, `arc`, `dot`, `frame`, `band` or `refused`.
         label: What it means.
         colour: Of the mark.
         hides: What a click on it in the page takes away: `kind-3`, `ack`, `cause`; empty for nothing.
@@ -85,7 +84,7 @@ def _states(plan: Plan) -> Iterator[Entry]:
         present |= {span.state for span in announced(plan.exchange, node, plan.first_ns, plan.last_ns)}
     for state in (*RADIO_STATES, OVERHEAR, "crashed"):
         if state in present:
-            yield Entry("faint" if state == OVERHEAR else "band", state, state_colour(state))
+            yield Entry("band", state, state_colour(state))
 
 
 def rows(found: Sequence[Entry], width: float) -> list[list[Entry]]:
@@ -94,7 +93,7 @@ def rows(found: Sequence[Entry], width: float) -> list[list[Entry]]:
     left = width
     for place, entry in enumerate(found):
         needs = _needs(entry)
-        starts = entry.shape in _BANDS and place and found[place - 1].shape not in _BANDS
+        starts = entry.shape == "band" and place and found[place - 1].shape != "band"
         if lines[-1] and (needs > left or starts):
             lines.append([])
             left = width
@@ -137,7 +136,9 @@ def draw_mark(parent: ET.Element, entry: Entry, x: float, y: float) -> None:
         add(parent, "path", d=line((x, y), (end - 6.0, y)), stroke=stroke, stroke_width=1.6, stroke_dasharray=DASHES)
         add(parent, "path", d=cross(end - 5.0, y, 3.6), stroke=stroke, stroke_width=1.8)
     elif entry.shape == "arc":
-        path = f"M{end - 8.0:.1f} {y - 7.0:.1f}C{x:.1f} {y - 5.0:.1f} {x:.1f} {y + 5.0:.1f} {end - 8.0:.1f} {y + 7.0:.1f}"
+        path = (
+            f"M{end - 8.0:.1f} {y - 7.0:.1f}C{x:.1f} {y - 5.0:.1f} {x:.1f} {y + 5.0:.1f} {end - 8.0:.1f} {y + 7.0:.1f}"
+        )
         add(parent, "path", class_="c", d=path, stroke=stroke)
     else:
         _draw_blob(parent, entry, x + MARK / 2, y)
@@ -145,11 +146,10 @@ def draw_mark(parent: ET.Element, entry: Entry, x: float, y: float) -> None:
 
 def _draw_blob(parent: ET.Element, entry: Entry, x: float, y: float) -> None:
     stroke = entry.colour
-    if entry.shape in _BANDS:
-        opacity = FAINT if entry.shape == "faint" else None
-        add(parent, "path", d=line((x - 9.0, y), (x + 9.0, y)), stroke=stroke, stroke_width=BAND + 2.0, opacity=opacity)
+    if entry.shape == "band":
+        add(parent, "path", d=line((x - 9.0, y), (x + 9.0, y)), stroke=stroke, stroke_width=BAND + 2.0)
     elif entry.shape == "frame":
-        place = {"x": x - 4.6, "y": y - 7.0, "width": 9.2, "height": 14.0, "rx": 2.0}
+        place: Drawn = {"x": x - 4.6, "y": y - 7.0, "width": 9.2, "height": 14.0, "rx": 2.0}
         add(parent, "rect", **place, fill="none", stroke=stroke, stroke_width=1.2)
     elif entry.shape == "dot":
         add(parent, "circle", cx=x - 5.0, cy=y, r=3.2, fill=stroke, stroke=stroke, stroke_width=1.2)

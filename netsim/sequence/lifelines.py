@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 
 from netsim.replay import style
 from netsim.sequence.aim import OVERHEAR
-from netsim.sequence.ink import add, colour, cross, number, uprights
+from netsim.sequence.ink import Drawn, add, colour, cross, number, uprights
 from netsim.sequence.labels import SIZE, Room
 from netsim.sequence.plan import TOLD_LIVES, Plan
 from netsim.sequence.records import Noted, Span
@@ -15,8 +15,8 @@ from netsim.sequence.words import drop_words, instant, reason, round_words
 from netsim.trace.events import MessageDropped, NodeLife
 
 BAND = 5.0
-FAINT = "0.4"
-"""Opacity of overhearing."""
+FAINT = 0.35
+"""How much overhearing looks like receiving; the rest like listening."""
 _ROLE = 4.6  # half the width of the frame around the life line of a node that holds a role
 _DOT = 2.6
 _LEAST = 0.05  # shorter than this nothing is seen
@@ -67,13 +67,16 @@ def _draw_states(group: ET.Element, plan: Plan, node: int, spans: Iterable[Span]
             stroke=state_colour(state),
             stroke_width=width,
             stroke_dasharray="2 4" if state in DOWN else None,
-            opacity=FAINT if state == OVERHEAR else None,
         )
 
 
 def state_colour(state: str) -> str:
     """The colour of a radio's state, as in the replay."""
-    return colour(style.RADIO_COLOURS["receive" if state == OVERHEAR else state])
+    if state != OVERHEAR:
+        return colour(style.RADIO_COLOURS[state])
+    bright, dark = style.RADIO_COLOURS["receive"], style.RADIO_COLOURS["listen"]
+    red, green, blue = (round(FAINT * bright[part] + (1.0 - FAINT) * dark[part]) for part in range(3))
+    return colour((red, green, blue, 255))
 
 
 def draw_marks(parent: ET.Element, texts: ET.Element, plan: Plan, room: Room) -> None:
@@ -117,7 +120,7 @@ def _draw_rounds(parent: ET.Element, plan: Plan) -> None:
         event = note.event
         if event.node in plan.x:
             fill = DOT if len(event.source) else colour(style.BACKGROUND)
-            place = {"cx": plan.x[event.node], "cy": plan.y(note.time_ns), "r": _DOT}
+            place: Drawn = {"cx": plan.x[event.node], "cy": plan.y(note.time_ns), "r": _DOT}
             dot = add(parent, "circle", class_="round", **place, fill=fill, stroke=DOT, stroke_width=1.2)
             add(dot, "title", round_words(plan.exchange, note))
 

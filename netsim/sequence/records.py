@@ -58,6 +58,7 @@ class Transmission:
         arms: Those it was meant for.
         aired: From when to when each frame was on the air.
         spent_j: What the sender's radio drew while it sent; None if the trace does not tell.
+        part: Which part of its message it carries, counted at its sender; 0 where that is not known.
         heard: Which radios took it in, and what came of that: `receive`, or the outcome that failed it.
     """
 
@@ -74,6 +75,7 @@ class Transmission:
     arms: tuple[Arm, ...]
     aired: tuple[tuple[int, int], ...]
     spent_j: float | None = None
+    part: int = 0
     heard: tuple["Span", ...] = ()
 
     @property

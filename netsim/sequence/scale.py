@@ -25,7 +25,9 @@ STEP = 17.0
 EVENT_STEP = 12.0
 """From one event to the next where all steps are equal."""
 _SHARE_OF_AIRTIME = 4
-_LINEAR_AIRTIME = 16.0  # height of the median airtime in linear time, if that makes the picture neither short nor endless
+_LINEAR_AIRTIME = (
+    16.0  # height of the median airtime in linear time, if that makes the picture neither short nor endless
+)
 _LINEAR_HEIGHTS = (500.0, 24_000.0)
 _LONG_PAUSE = 5.0  # pauses are marked that are this many times as long as the longest airtime
 

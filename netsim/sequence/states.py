@@ -62,8 +62,12 @@ def _spans(node: int, changes: Iterable[Change], first_ns: int, last_ns: int) ->
 
 def roles(exchange: Exchange, node: int, first_ns: int, last_ns: int) -> list[RoleSpan]:
     """The roles of a node; who goes down holds none any more."""
-    ends = [each.time_ns for each in exchange.lives if each.event.node == node and each.event.event in ("died", "crashed")]
-    steps = [(each.time_ns, each.event.role, bool(each.event.holds)) for each in exchange.roles if each.event.node == node]
+    ends = [
+        each.time_ns for each in exchange.lives if each.event.node == node and each.event.event in ("died", "crashed")
+    ]
+    steps = [
+        (each.time_ns, each.event.role, bool(each.event.holds)) for each in exchange.roles if each.event.node == node
+    ]
     steps += [(time_ns, "", False) for time_ns in ends]
     held: dict[str, int] = {}
     found: list[RoleSpan] = []

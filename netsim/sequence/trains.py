@@ -1,8 +1,10 @@
 """Wake-up frames of low-power listening, which come by the hundred, as one train each."""
 
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
+from netsim.metrics.causes import Sending
 from netsim.sequence.aim import best
 from netsim.sequence.records import Transmission
 
@@ -19,6 +21,19 @@ def joined(frames: Iterable[Transmission]) -> list[Transmission]:
         else:
             found.append(frame)
     return found
+
+
+def numbered(sent: Iterable[Transmission], sendings: Mapping[int, Sending]) -> Iterator[Transmission]:
+    """Transmissions with the number of the part that they carry, of messages that were handed over in the window."""
+    parts: defaultdict[tuple[int, int, int], int] = defaultdict(int)
+    for each in sent:
+        sending = sendings.get(each.message_id)
+        if not each.carries_message or sending is None or sending.fragments < 2:
+            yield each
+            continue
+        way = each.message_id, each.source, each.destination
+        parts[way] += each.role == "data"
+        yield replace(each, part=parts[way])
 
 
 def _continues(train: Transmission, frame: Transmission) -> bool:

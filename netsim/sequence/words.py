@@ -37,8 +37,13 @@ def reason(outcome: str) -> str:
     return outcome.replace("_", " ")
 
 
-def labels(sent: Transmission) -> list[str]:
-    """What may stand on an arrow, the longest first; nothing on that of an acknowledgement."""
+def labels(sent: Transmission, parts: int = 1) -> list[str]:
+    """What may stand on an arrow, the longest first; nothing on that of an acknowledgement.
+
+    Args:
+        sent: The transmission.
+        parts: In how many parts its message goes out.
+    """
     number = f"#{sent.message_id} " if sent.message_id else ""
     kind = sent.kind or "control"
     if sent.role == "ack":
@@ -47,12 +52,14 @@ def labels(sent: Transmission) -> list[str]:
         times = f"{sent.count} × wake-up" if sent.count > 1 else "wake-up"
         return [f"{times} for {number}{kind}", times]
     again = f", try {sent.attempt + 1}" if sent.attempt else ""
+    part = f" {sent.part}/{parts}" if sent.part and parts > 1 else ""
     to = _reach(sent) if sent.destination == BROADCAST else ""
     return [
-        f"{number}{kind}, {sent.size_byte} byte{again}{to}",
-        f"{kind}, {sent.size_byte} byte{again}",
-        f"{kind}{again}",
-        *([kind] if again else []),
+        f"{number}{kind}{part}, {sent.size_byte} byte{again}{to}",
+        f"{kind}{part}, {sent.size_byte} byte{again}",
+        f"{kind}{part}{again}",
+        *([kind] if again or part else []),
+        *([number.strip()] if number else []),
     ]
 
 
@@ -72,12 +79,12 @@ def _lines(exchange: Exchange, sent: Transmission) -> Iterator[str]:
     what = {"ack": "acknowledgement of ", "strobe": "wake-up for ", "retry": "", "data": ""}[sent.role]
     again = f", try {sent.attempt + 1}" if sent.attempt else ""
     yield f"{what}{sent.kind or 'control'}{number}: {exchange.name(sent.source)} → {to}{again}"
+    sending = exchange.sendings.get(sent.message_id)
     frames = f"{sent.count} frames of {sent.size_byte} byte" if sent.count > 1 else f"frame of {sent.size_byte} byte"
     yield f"{frames}, {instant(sent.start_ns)} to {instant(sent.end_ns)} s, {duration(sent.airtime_ns)} on the air"
     yield from _outcomes(exchange, sent.arms)
     if sent.spent_j is not None:
         yield f"the sender's radio drew {energy(sent.spent_j)}"
-    sending = exchange.sendings.get(sent.message_id)
     if sending is not None and sent.carries_message:
         yield from _of_message(exchange, sending, sent)
 
@@ -103,7 +110,8 @@ def _strength(arm: Arm) -> str:
 
 def _of_message(exchange: Exchange, sending: Sending, sent: Transmission) -> Iterator[str]:
     of_round = "" if sending.round is None else f" of round {sending.round}"
-    parts = f" in {sending.fragments} fragments" if sending.fragments > 1 else ""
+    which = f" (this is {sent.part})" if sent.part else ""
+    parts = f" in {sending.fragments} fragments{which}" if sending.fragments > 1 else ""
     yield f"message{of_round}: {sending.size_byte} byte{parts}, handed over at {instant(sending.sent_ns)} s"
     if sending.source == sent.source and sent.start_ns > sending.sent_ns:
         yield f"on the air {duration(sent.start_ns - sending.sent_ns)} later"
@@ -122,8 +130,9 @@ def round_words(exchange: Exchange, note: Noted[GraphMessages]) -> str:
     """All about a round of a node."""
     event = note.event
     late = f"; {duration(event.late_ns)} late: the processor was busy" if event.late_ns else ""
+    which = f"{'round' if event.is_synchronous else 'step'} {event.round}"
     return (
-        f"{exchange.name(event.node)}, {'round' if event.is_synchronous else 'step'} {event.round}, {instant(note.time_ns)} s\n"
+        f"{exchange.name(event.node)}, {which}, {instant(note.time_ns)} s\n"
         f"{event.computed} graph messages computed, {len(event.source)} sent, {int(sum(event.remote))} of them to other "
         f"nodes; largest change {event.largest_change:.3g}{late}"
     )
@@ -133,7 +142,9 @@ def drop_words(exchange: Exchange, note: Noted[MessageDropped]) -> str:
     """All about what was given up."""
     event = note.event
     number = f" #{event.message_id}" if event.message_id else ""
-    return f"{exchange.name(event.node)} gave up {event.kind}{number} at {instant(note.time_ns)} s: {reason(event.reason)}"
+    return (
+        f"{exchange.name(event.node)} gave up {event.kind}{number} at {instant(note.time_ns)} s: {reason(event.reason)}"
+    )
 
 
 def _listed(names: Iterable[str]) -> str:

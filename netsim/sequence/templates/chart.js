@@ -2,7 +2,7 @@
 (() => {
   const svg = document.getElementById("chart");
   const tip = document.getElementById("tip");
-  const [body, axis, names] = ["body", "axis", "names"].map((id) => document.getElementById(id));
+  const [body, axis, names, corner] = ["body", "axis", "names", "corner"].map((id) => document.getElementById(id));
   const width = +svg.dataset.width, height = +svg.dataset.height, head = +svg.dataset.head;
   const view = { scale: 1, x: 0, y: 0 };
 
@@ -15,6 +15,7 @@
     view.y = clamp(view.y, Math.min(0, box.height - height * view.scale - slack), 0);
     body.setAttribute("transform", `translate(${view.x} ${view.y}) scale(${view.scale})`);
     axis.setAttribute("transform", `translate(${Math.max(view.x, 0)} ${view.y}) scale(${view.scale})`);
+    corner.setAttribute("transform", `translate(${Math.max(view.x, 0)} 0) scale(${view.scale})`);
     names.setAttribute("transform", `translate(${view.x} 0) scale(${view.scale})`);
   }
   function zoom(factor, x, y) {
