@@ -57,10 +57,10 @@ def summary(plan: Plan) -> str:
     sent = plan.exchange.transmissions
     messages = len({each.message_id for each in sent if each.message_id})
     frames = sum(each.count for each in sent)
-    return (
-        f"{instant(plan.first_ns)} to {instant(plan.last_ns)} s · {_counted(messages, 'message')} in "
-        f"{_counted(frames, 'frame')} · {_counted(len(plan.order), 'node')}, in the order in which they first send"
-    )
+    of_messages = f"{_counted(messages, 'message')} in " if messages else ""
+    span = f"{instant(plan.first_ns)} to {instant(plan.last_ns)} s"
+    nodes = f"{_counted(len(plan.order), 'node')}, in the order in which they first send"
+    return f"{span} · {of_messages}{_counted(frames, 'frame')} · {nodes}"
 
 
 def _counted(count: int, noun: str) -> str:

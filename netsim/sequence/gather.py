@@ -182,7 +182,20 @@ class _Reader:
         if unknown:
             known = ", ".join(kind for kind in self._kinds if kind) or "none"
             return f"--kinds: expected some of {known}, sent up to {_s(exchange.end_ns)} s; got {', '.join(unknown)}"
-        return f"--sequence: nothing{of} was on the air {window}; choose another --start and --end"
+        next_ns = self._next_ns()
+        hint = (
+            "choose another --start"
+            if next_ns is None
+            else f"the next frame ends at {_s(next_ns)} s: choose a later --end"
+        )
+        return f"--sequence: nothing{of} was on the air {window}; {hint}"
+
+    def _next_ns(self) -> int | None:
+        """When the first frame after the window ends that is asked for."""
+        for time_ns, event in read_trace(self._trace, {Frame.topic}, self._exchange.end_ns):
+            if isinstance(event, Frame) and self._is_wanted(event.kind) and self._aim.transmission(event) is not None:
+                return time_ns
+        return None
 
 
 def _listen_when_awake(exchange: Exchange) -> None:

@@ -3,12 +3,13 @@ r"""Where instants lie on the time axis.
 Non-linear time, after the sequence chart of OMNeT++ (Varga and Hornig, "An overview of the OMNeT++ simulation environment",
 SIMUTools 2008; OMNeT++ User Guide, "Sequence charts"): between two events that follow each other the axis advances by a step
 that grows with the logarithm of the gap, so that an acknowledgement of 0.35 ms and a pause of 5 s are in one picture. With
-the instants t_0 < t_1 < ... at which something begins or ends,
+the instants t_0 < t_1 < ... at which something begins or ends, and n_i transmissions in the air between t_i and t_{i+1},
 
-    y(t_0) = 0,    y(t_{i+1}) = y(t_i) + b log10(1 + (t_{i+1} - t_i) / tau),
+    y(t_0) = 0,    y(t_{i+1}) = y(t_i) + b sqrt(max(1, n_i)) log10(1 + (t_{i+1} - t_i) / tau),
 
 and straight lines between. It is continuous and strictly increasing. tau is a quarter of the shortest airtime in the window,
-so that the shortest frame that nothing interrupts is b log10(5) = 0.7 b high; b is `STEP`.
+so that the shortest frame that nothing interrupts is b log10(5) = 0.7 b high; b is `STEP`. The root gives arrows that lie
+beside each other some room.
 """
 
 from collections.abc import Iterable, Sequence
@@ -29,7 +30,7 @@ _LINEAR_AIRTIME = (
     16.0  # height of the median airtime in linear time, if that makes the picture neither short nor endless
 )
 _LINEAR_HEIGHTS = (500.0, 24_000.0)
-_LONG_PAUSE = 5.0  # pauses are marked that are this many times as long as the longest airtime
+_LONG_PAUSE = 5.0  # pauses are marked that are this many times as long as the longest frame
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def scale_of(exchange: Exchange, time: str, marks_ns: Iterable[int] = ()) -> Tim
         time: `nonlinear`; `linear`, true to scale; or `events`, where all steps are equal.
         marks_ns: Instants of what is shown besides the frames.
     """
-    airtimes_ns = np.array([each.end_ns - each.start_ns for each in exchange.transmissions], np.int64)
+    airtimes_ns = np.array([end - begun for each in exchange.transmissions for begun, end in each.aired], np.int64)
     ends = (instant for each in exchange.transmissions for instant in (each.start_ns, each.end_ns))
     instants_ns = np.unique(np.array([*ends, *marks_ns], np.int64))
     gaps_ns = np.diff(instants_ns).astype(float)
@@ -89,22 +90,33 @@ def scale_of(exchange: Exchange, time: str, marks_ns: Iterable[int] = ()) -> Tim
         height = float(np.clip(_LINEAR_AIRTIME * span_ns / max(typical_ns, 1.0), *_LINEAR_HEIGHTS))
         return TimeScale(instants_ns, np.append(0.0, np.cumsum(gaps_ns * height / max(span_ns, 1.0))))
     shortest_ns = int(positive_ns.min()) if len(positive_ns) else 1_000
-    steps = np.full(len(gaps_ns), EVENT_STEP) if time == "events" else log_steps(gaps_ns, shortest_ns)
-    pauses = _pauses(exchange, instants_ns, int(airtimes_ns.max()))
+    in_air = _in_air(exchange, instants_ns)
+    steps = np.full(len(gaps_ns), EVENT_STEP) if time == "events" else log_steps(gaps_ns, in_air, shortest_ns)
+    pauses = _pauses(instants_ns, in_air, int(airtimes_ns.max()))
     return TimeScale(instants_ns, np.append(0.0, np.cumsum(steps)), pauses)
 
 
-def log_steps(gaps_ns: NDArray[np.float64], shortest_airtime_ns: int) -> NDArray[np.float64]:
-    """How far the non-linear axis advances over gaps between events."""
+def log_steps(gaps_ns: NDArray[np.float64], in_air: NDArray[np.int64], shortest_airtime_ns: int) -> NDArray[np.float64]:
+    """How far the non-linear axis advances over each gap between events.
+
+    Args:
+        gaps_ns: The gaps, shape (n,).
+        in_air: How many transmissions are in the air meanwhile, shape (n,).
+        shortest_airtime_ns: Of the frames shown.
+    """
     tau_ns = shortest_airtime_ns / _SHARE_OF_AIRTIME
-    return np.asarray(STEP * np.log1p(gaps_ns / tau_ns) / np.log(10.0))
+    return np.asarray(STEP * np.sqrt(np.maximum(in_air, 1)) * np.log1p(gaps_ns / tau_ns) / np.log(10.0))
 
 
-def _pauses(exchange: Exchange, instants_ns: NDArray[np.int64], longest_ns: int) -> list[Pause]:
-    """Long gaps between events; while a frame is in the air it is no pause."""
-    gaps_ns = np.diff(instants_ns)
-    long = np.flatnonzero(gaps_ns >= max(1, round(_LONG_PAUSE * longest_ns)))
+def _in_air(exchange: Exchange, instants_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many transmissions are in the air from each instant to the next."""
     begun = np.array(sorted(each.start_ns for each in exchange.transmissions), np.int64)
     ended = np.array(sorted(each.end_ns for each in exchange.transmissions), np.int64)
-    quiet = np.searchsorted(begun, instants_ns[long], "right") == np.searchsorted(ended, instants_ns[long], "right")
-    return [Pause(int(instants_ns[at]), int(instants_ns[at + 1])) for at in long[quiet]]
+    from_ns = instants_ns[:-1]
+    return np.asarray(np.searchsorted(begun, from_ns, "right") - np.searchsorted(ended, from_ns, "right"))
+
+
+def _pauses(instants_ns: NDArray[np.int64], in_air: NDArray[np.int64], longest_ns: int) -> list[Pause]:
+    """Long gaps between events; while something is in the air it is no pause."""
+    long = np.flatnonzero((np.diff(instants_ns) >= max(1, round(_LONG_PAUSE * longest_ns))) & (in_air == 0))
+    return [Pause(int(instants_ns[at]), int(instants_ns[at + 1])) for at in long]

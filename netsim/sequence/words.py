@@ -54,6 +54,8 @@ def labels(sent: Transmission, parts: int = 1) -> list[str]:
     again = f", try {sent.attempt + 1}" if sent.attempt else ""
     part = f" {sent.part}/{parts}" if sent.part and parts > 1 else ""
     to = _reach(sent) if sent.destination == BROADCAST else ""
+    if sent.part > 1 and part:
+        return [f"{kind}{part}{again}", f"{sent.part}/{parts}{again}", f"{sent.part}/{parts}"]
     return [
         f"{number}{kind}{part}, {sent.size_byte} byte{again}{to}",
         f"{kind}{part}, {sent.size_byte} byte{again}",
