@@ -22,7 +22,7 @@ THIN_COLOUR = colour(style.ACKNOWLEDGEMENT)
 DASHES = "4 3"
 _EDGE = 3.5  # from the middle of a life line to where an arrow begins or ends
 _CROSS, _MARK = 3.6, 2.6
-_BAND_OPACITY = "0.13"
+_STRONG_BAND, _WEAK_BAND = 0.14, 0.06  # opacity of an airtime where no other is
 _FEW = 4  # arms of a broadcast that are drawn as strong as those of a unicast frame
 
 
@@ -94,6 +94,7 @@ def _draw_band(group: ET.Element, plan: Plan, sent: Transmission) -> None:
     top, bottom = plan.y(sent.start_ns), plan.y(sent.end_ns)
     fates = _by_fate(sent.arms)
     fate = next((fate for fate in (RECEIVED, INTERFERED, LOST) if fate in fates), LOST)
+    strong = _STRONG_BAND if sent.carries_message and len(sent.arms) <= _FEW else _WEAK_BAND
     add(
         group,
         "rect",
@@ -103,7 +104,7 @@ def _draw_band(group: ET.Element, plan: Plan, sent: Transmission) -> None:
         width=max(x) - min(x),
         height=max(bottom - top, 1.0),
         fill=_look(plan, sent, fate).colour,
-        fill_opacity=_BAND_OPACITY if sent.carries_message and len(sent.arms) <= _FEW else "0.06",
+        fill_opacity=f"{strong / plan.scale.most_in_air(sent.start_ns, sent.end_ns) ** 0.5:.3f}",
     )
 
 

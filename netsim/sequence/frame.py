@@ -87,7 +87,7 @@ def draw_corner(parent: ET.Element) -> None:
 
 
 def draw_axis(parent: ET.Element, plan: Plan) -> None:
-    """True times: after every pause, and of frames as far as there is room; in between the lengths of the pauses."""
+    """True times: after every pause, and of frames as far as there is room, with the lengths of the pauses between."""
     add(parent, "rect", x=0.0, y=0.0, width=_EDGE, height=plan.height, fill=BACKGROUND)
     add(parent, "path", d=line((_EDGE, HEAD_HEIGHT), (_EDGE, plan.height)), stroke=FIELD, stroke_width=1.0)
     taken: list[float] = []
@@ -113,6 +113,10 @@ def _tick(parent: ET.Element, y: float, text: str) -> None:
 
 def _ticks(plan: Plan) -> Iterator[int]:
     """Instants worth a label, the most worth it first."""
+    tick_ns = plan.scale.tick_ns
+    if tick_ns:
+        yield from range(-(-plan.first_ns // tick_ns) * tick_ns, plan.last_ns + 1, tick_ns)
+        return
     yield plan.first_ns
     yield plan.last_ns
     for pause in plan.scale.pauses:

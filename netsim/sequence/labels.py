@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from netsim.sequence.ink import width_of
 
 SIZE = 9.5
-_ABOVE = 4.4
-_GAP = 9.0  # between a label and the ends of its arrow
+ABOVE = 4.4
+GAP = 9.0  # between a label and the ends of its arrow
 _PLACES = (0.5, 0.34, 0.66, 0.2, 0.8)
 _BAND = 40.0
 
@@ -52,13 +52,13 @@ class Room:
         angle = math.atan2(y1 - y0, x1 - x0)
         for text in texts:
             wide = width_of(text, SIZE)
-            if wide > length - 2 * _GAP:
+            if wide > length - 2 * GAP:
                 continue
-            slack = (wide / 2 + _GAP) / length
+            slack = (wide / 2 + GAP) / length
             for place in _PLACES:
                 share = min(max(place, slack), 1.0 - slack)
-                x = x0 + share * (x1 - x0) + _ABOVE * math.sin(angle)
-                y = y0 + share * (y1 - y0) - _ABOVE * math.cos(angle)
+                x = x0 + share * (x1 - x0) + ABOVE * math.sin(angle)
+                y = y0 + share * (y1 - y0) - ABOVE * math.cos(angle)
                 if self.take(_box(x, y, wide, angle)):
                     return Label(text, x, y, math.degrees(angle))
         return None

@@ -27,7 +27,8 @@ def html_of(plan: Plan) -> str:
         colours=colours,
         css=Markup(CSS),  # ours, and a style element's text is not escaped
         switches=[(entry, _mark(entry)) for entry in found if entry.hides],
-        marks=[(entry, _mark(entry)) for entry in found if not entry.hides],
+        marks=[(entry, _mark(entry)) for entry in found if not entry.hides and entry.shape != "band"],
+        states=[(entry, _mark(entry)) for entry in found if entry.shape == "band"],
         size={"width": number(plan.width), "height": number(plan.height), "head": number(HEAD_HEIGHT)},
         causes=_causes(plan),
         parts=Markup("".join(ET.tostring(part, encoding="unicode") for part in parts(plan))),

@@ -12,6 +12,7 @@ so that the shortest frame that nothing interrupts is b log10(5) = 0.7 b high; b
 beside each other some room.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -30,6 +31,7 @@ _LINEAR_AIRTIME = (
     16.0  # height of the median airtime in linear time, if that makes the picture neither short nor endless
 )
 _LINEAR_HEIGHTS = (500.0, 24_000.0)
+_LINEAR_TICK = 50.0
 _LONG_PAUSE = 5.0  # pauses are marked that are this many times as long as the longest frame
 
 
@@ -53,17 +55,26 @@ class TimeScale:
     Attributes:
         instants_ns: In ascending order, shape (n,).
         places: Where they lie, shape (n,); strictly ascending.
+        in_air: How many transmissions are in the air from each instant to the next, shape (n - 1,).
         pauses: The long pauses, whose length is to be told.
+        tick_ns: Distance of the marks on an axis that is true to scale; 0 on others.
     """
 
     instants_ns: NDArray[np.int64]
     places: NDArray[np.float64]
+    in_air: NDArray[np.int64]
     pauses: Sequence[Pause] = ()
+    tick_ns: int = 0
 
     def place(self, time_ns: int) -> float:
         """Where an instant lies; those before the first or after the last lie with these."""
         since_ns = (self.instants_ns - self.instants_ns[0]).astype(float)
         return float(np.interp(float(time_ns - int(self.instants_ns[0])), since_ns, self.places))
+
+    def most_in_air(self, start_ns: int, end_ns: int) -> int:
+        """How many transmissions are in the air at once, at most, between two of the instants."""
+        low, high = np.searchsorted(self.instants_ns, [start_ns, end_ns])
+        return int(self.in_air[low:high].max(initial=0))
 
     @property
     def length(self) -> float:
@@ -82,18 +93,28 @@ def scale_of(exchange: Exchange, time: str, marks_ns: Iterable[int] = ()) -> Tim
     airtimes_ns = np.array([end - begun for each in exchange.transmissions for begun, end in each.aired], np.int64)
     ends = (instant for each in exchange.transmissions for instant in (each.start_ns, each.end_ns))
     instants_ns = np.unique(np.array([*ends, *marks_ns], np.int64))
-    gaps_ns = np.diff(instants_ns).astype(float)
-    positive_ns = airtimes_ns[airtimes_ns > 0]
+    gaps_ns, in_air = np.diff(instants_ns).astype(float), _in_air(exchange, instants_ns)
     if time == "linear":
-        span_ns = float(instants_ns[-1] - instants_ns[0])
-        typical_ns = float(np.median(positive_ns)) if len(positive_ns) else span_ns
-        height = float(np.clip(_LINEAR_AIRTIME * span_ns / max(typical_ns, 1.0), *_LINEAR_HEIGHTS))
-        return TimeScale(instants_ns, np.append(0.0, np.cumsum(gaps_ns * height / max(span_ns, 1.0))))
-    shortest_ns = int(positive_ns.min()) if len(positive_ns) else 1_000
-    in_air = _in_air(exchange, instants_ns)
+        return _linear(instants_ns, in_air, airtimes_ns)
+    shortest_ns = int(airtimes_ns[airtimes_ns > 0].min(initial=np.iinfo(np.int64).max))
     steps = np.full(len(gaps_ns), EVENT_STEP) if time == "events" else log_steps(gaps_ns, in_air, shortest_ns)
     pauses = _pauses(instants_ns, in_air, int(airtimes_ns.max()))
-    return TimeScale(instants_ns, np.append(0.0, np.cumsum(steps)), pauses)
+    return TimeScale(instants_ns, np.append(0.0, np.cumsum(steps)), in_air, pauses)
+
+
+def _linear(instants_ns: NDArray[np.int64], in_air: NDArray[np.int64], airtimes_ns: NDArray[np.int64]) -> TimeScale:
+    """As high as makes the median airtime legible, within bounds."""
+    since_ns = (instants_ns - instants_ns[0]).astype(float)
+    span_ns = max(float(since_ns[-1]), 1.0)
+    height = float(np.clip(_LINEAR_AIRTIME * span_ns / max(float(np.median(airtimes_ns)), 1.0), *_LINEAR_HEIGHTS))
+    tick_ns = max(1, round(_nice(_LINEAR_TICK * span_ns / height)))
+    return TimeScale(instants_ns, since_ns * height / span_ns, in_air, tick_ns=tick_ns)
+
+
+def _nice(value: float) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that is not below a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value)
 
 
 def log_steps(gaps_ns: NDArray[np.float64], in_air: NDArray[np.int64], shortest_airtime_ns: int) -> NDArray[np.float64]:

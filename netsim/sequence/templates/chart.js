@@ -83,7 +83,7 @@
   window.addEventListener("resize", show);
 
   // Causal chains: back over the causes of causes, forward over the effects of effects.
-  const causes = new Map(Object.entries(JSON.parse(document.getElementById("causes").textContent)));
+  const causes = new Map(Object.entries(JSON.parse(document.getElementById("cause-data").textContent)));
   const effects = new Map();
   for (const [message, before] of causes) {
     for (const cause of before) {
