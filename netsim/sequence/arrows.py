@@ -21,7 +21,7 @@ LOST_COLOUR, INTERFERED_COLOUR = colour(style.LOST), colour(style.COLLIDED)
 THIN_COLOUR = colour(style.ACKNOWLEDGEMENT)
 DASHES = "4 3"
 _EDGE = 3.5  # from the middle of a life line to where an arrow begins or ends
-_CROSS, _MARK = 3.6, 2.6
+_CROSS, _MARK = 3.6, 3.8
 _STRONG_BAND, _WEAK_BAND = 0.14, 0.06  # opacity of an airtime where no other is
 _FEW = 4  # arms of a broadcast that are drawn as strong as those of a unicast frame
 
@@ -60,9 +60,12 @@ def draw_transmission(layers: Layers, plan: Plan, sent: Transmission, place: int
     group = add(layers.arrows, "g", **tags, id=f"f{place}")
     add(group, "title", told(plan.exchange, sent))
     _draw_band(group, plan, sent)
-    for fate, arms in _by_fate(sent.arms).items():
-        _draw_arms(group, plan, sent, fate, arms)
     texts = add(layers.labels, "g", **tags, data_f=str(place))
+    for fate, arms in _by_fate(sent.arms).items():
+        if fate != RECEIVED and sent.destination == BROADCAST:
+            _draw_losses(texts, plan, sent, fate, arms)
+        else:
+            _draw_arms(group, plan, sent, fate, arms)
     _label(texts, layers.room, plan, sent)
     if not len(texts):
         layers.labels.remove(texts)
@@ -110,10 +113,6 @@ def _draw_band(group: ET.Element, plan: Plan, sent: Transmission) -> None:
 
 def _draw_arms(group: ET.Element, plan: Plan, sent: Transmission, fate: str, arms: list[Arm]) -> None:
     look = _look(plan, sent, fate)
-    if fate != RECEIVED and sent.destination == BROADCAST:
-        marks = "".join(cross(plan.x[arm.node], plan.y(sent.end_ns), _MARK) for arm in arms)
-        add(group, "path", d=marks, stroke=look.colour, stroke_width=1.1, fill="none", opacity="0.8")
-        return
     shafts, heads = "", ""
     for arm in arms:
         start, end = ends(plan, sent, arm)
@@ -139,6 +138,13 @@ def _draw_arms(group: ET.Element, plan: Plan, sent: Transmission, fate: str, arm
         add(group, "path", d=heads, fill=look.colour)
     else:
         add(group, "path", d=heads, stroke=look.colour, stroke_width=1.8, fill="none")
+
+
+def _draw_losses(group: ET.Element, plan: Plan, sent: Transmission, fate: str, arms: list[Arm]) -> None:
+    """Light crosses on the life lines of those who lost a broadcast."""
+    tone = _look(plan, sent, fate).colour
+    marks = "".join(cross(plan.x[arm.node], plan.y(sent.end_ns), _MARK) for arm in arms)
+    add(group, "path", d=marks, stroke=tone, stroke_width=1.2, fill="none")
 
 
 def ends(plan: Plan, sent: Transmission, arm: Arm) -> tuple[tuple[float, float], tuple[float, float]]:

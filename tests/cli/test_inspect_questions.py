@@ -82,7 +82,7 @@ def test_a_time_line_is_bounded(run: Path, capsys: pytest.CaptureFixture[str]) -
         (Question(timeline="n03", message=1), "--timeline and --message: expected one question at a time"),
         (Question(timeline="n03", start_s=4.0, end_s=3.0), "expected a time after --start"),
         (Question(round=1), "--round: expected with --why only"),
-        (Question(frames=True, kinds="a"), "--kinds, --frames: expected with --timeline only"),
+        (Question(frames=True, kinds="a"), "--kinds: expected with --timeline or --sequence only"),
         (Question(message=999), r"expected the number of a message of this trace, 1 to \d+, got 999"),
     ],
 )

@@ -68,7 +68,14 @@ def test_each_fate_has_its_colour(drawn: tuple[Plan, ET.Element]) -> None:
     strokes = [
         [path.get("stroke") for path in group.iter(f"{ALL}path") if path.get("stroke")] for group in arrows(root)
     ]
-    assert strokes == [[ask], [thin], [tell, lost], [lost, lost], [collided, collided]]
+    assert strokes == [[ask], [thin], [tell], [lost, lost], [collided, collided]]
+    missed = [
+        path.get("stroke")
+        for each in by_class(root, "f")
+        if each.get("data-f") == "2"
+        for path in each.iter(f"{ALL}path")
+    ]
+    assert missed == [lost]
     dashes = [[path.get("stroke-dasharray") for path in group.iter(f"{ALL}path")] for group in arrows(root)]
     assert dashes[3] == dashes[4] == ["4 3", None]  # the shaft and the cross
     assert dashes[0] == [None, None]  # the shaft and the head
