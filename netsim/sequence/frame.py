@@ -1,5 +1,6 @@
 """What stands around the arrows: names of the nodes above, the time axis at the left, pauses and rounds across."""
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from xml.etree import ElementTree as ET
 
@@ -93,16 +94,23 @@ def draw_axis(parent: ET.Element, plan: Plan) -> None:
     taken: list[float] = []
     for time_ns in _ticks(plan):
         y = plan.y(time_ns)
-        if all(abs(y - other) >= _TICK_GAP for other in taken):
-            taken.append(y)
+        if _claim(taken, y, _TICK_GAP):
             _tick(parent, y, instant(time_ns))
     for pause in plan.scale.pauses:
         y = (plan.y(pause.start_ns) + plan.y(pause.end_ns)) / 2
-        if all(abs(y - other) >= 0.8 * _TICK_GAP for other in taken):
-            taken.append(y)
+        if _claim(taken, y, 0.8 * _TICK_GAP):
             text = f"↕ {duration(pause.end_ns - pause.start_ns)}"
             place: Drawn = {"x": _EDGE - 10.0, "y": y + 3.5, "text_anchor": "end", "font_size": _TICK_SIZE}
             add(parent, "text", text, **place, fill=SOFT, font_style="italic")
+
+
+def _claim(taken: list[float], y: float, gap: float) -> bool:
+    """Take a place on the axis if nothing in this list, which is in order, is nearer than a gap; whether that is so."""
+    at = bisect_left(taken, y)
+    if any(abs(y - near) < gap for near in taken[max(0, at - 1) : at + 1]):
+        return False
+    taken.insert(at, y)
+    return True
 
 
 def _tick(parent: ET.Element, y: float, text: str) -> None:

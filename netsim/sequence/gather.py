@@ -13,6 +13,7 @@ from netsim.sequence.records import Change, Exchange, Noted, Transmission
 from netsim.sequence.trains import joined, numbered
 from netsim.trace.events import (
     RADIO_STATES,
+    AlgorithmRecord,
     Event,
     Frame,
     GraphMessages,
@@ -32,7 +33,7 @@ from netsim.units import NS_PER_S, NS_PER_US
 FRAME_LIMIT = 3000
 """Frames in a chart, if nothing else is asked for: about what a browser draws without delay."""
 _BEFORE = {each.topic for each in (NodeTable, LinkTable, VariablePlacement, NodeLife, RadioState, Role, MessageSent)}
-_INSIDE = _BEFORE | {each.topic for each in (Frame, GraphMessages, MessageDelivered, MessageDropped)}
+_INSIDE = _BEFORE | {each.topic for each in (Frame, GraphMessages, AlgorithmRecord, MessageDelivered, MessageDropped)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,15 +134,20 @@ class _Reader:
                 there = self._exchange.delivered.setdefault(event.message_id, {})
                 there.setdefault(event.node, Noted(time_ns, event))
             case MessageDropped():
-                if self._is_wanted(event.kind):
+                if self._is_wanted(event.kind) and self._is_among({event.node, event.source, event.destination}):
                     self._exchange.dropped.append(Noted(time_ns, event))
             case GraphMessages():
                 self._exchange.rounds.append(Noted(time_ns, event))
+            case AlgorithmRecord():
+                self._exchange.notes.append(Noted(time_ns, event))
             case _:
                 pass
 
     def _is_wanted(self, kind: str) -> bool:
         return self._asked.kinds is None or kind in self._asked.kinds
+
+    def _is_among(self, nodes: set[int]) -> bool:
+        return self._asked.nodes is None or not nodes.isdisjoint(self._asked.nodes)
 
     def _take_frame(self, frame: Frame) -> None:
         found = self._aim.transmission(frame) if self._is_wanted(frame.kind) else None

@@ -7,8 +7,8 @@ from xml.etree import ElementTree as ET
 from netsim.sequence.aim import OVERHEAR
 from netsim.sequence.arrows import DASHES, INTERFERED_COLOUR, LOST_COLOUR, THIN_COLOUR
 from netsim.sequence.ink import Drawn, add, cross, line, width_of
-from netsim.sequence.lifelines import BAND, DOT, FAULT, LEADER, state_colour
-from netsim.sequence.links import cause_links
+from netsim.sequence.lifelines import BAND, DOT, FAULT, LEADER, NOTE, diamond, state_colour
+from netsim.sequence.links import LINK, cause_links
 from netsim.sequence.plan import Plan
 from netsim.sequence.states import announced, roles
 from netsim.sequence.words import reason
@@ -25,7 +25,7 @@ class Entry:
     """A mark and what it means.
 
     Attributes:
-        shape: `arrow`, `thin`, `cross`, `arc`, `dot`, `frame`, `band` or `refused`.
+        shape: `arrow`, `thin`, `cross`, `arc`, `dot`, `note`, `frame`, `band` or `refused`.
         label: What it means.
         colour: Of the mark.
         hides: What a click on it in the page takes away: `kind-3`, `ack`, `cause`; empty for nothing.
@@ -68,11 +68,13 @@ def _frames(plan: Plan) -> Iterator[Entry]:
 
 def _marks(plan: Plan) -> Iterator[Entry]:
     if cause_links(plan.exchange):
-        yield Entry("arc", "a reception led to a sending", "#cdd4de", "cause")
+        yield Entry("arc", "a reception led to a sending", LINK, "cause")
     if any(drop.event.node in plan.x for drop in plan.exchange.dropped):
         yield Entry("refused", "given up", FAULT)
     if any(note.event.node in plan.x for note in plan.exchange.rounds):
         yield Entry("dot", "computed, and sent graph messages (filled) or none", DOT)
+    if any(note.event.node in plan.x for note in plan.exchange.notes):
+        yield Entry("note", "a note of the algorithm", NOTE)
     if any(roles(plan.exchange, node, plan.first_ns, plan.last_ns) for node in plan.order):
         yield Entry("frame", "holds a role", LEADER)
 
@@ -154,6 +156,8 @@ def _draw_blob(parent: ET.Element, entry: Entry, x: float, y: float) -> None:
     elif entry.shape == "dot":
         add(parent, "circle", cx=x - 5.0, cy=y, r=3.2, fill=stroke, stroke=stroke, stroke_width=1.2)
         add(parent, "circle", cx=x + 5.0, cy=y, r=3.2, fill="none", stroke=stroke, stroke_width=1.2)
+    elif entry.shape == "note":
+        add(parent, "path", d=diamond(x, y), fill=stroke)
     else:
         add(parent, "circle", cx=x, cy=y, r=4.2, fill="none", stroke=stroke, stroke_width=1.6)
         add(parent, "path", d=line((x - 3.0, y + 3.0), (x + 3.0, y - 3.0)), stroke=stroke, stroke_width=1.6)

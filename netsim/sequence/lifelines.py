@@ -6,22 +6,23 @@ from xml.etree import ElementTree as ET
 
 from netsim.replay import style
 from netsim.sequence.aim import OVERHEAR
-from netsim.sequence.ink import Drawn, add, colour, cross, number, uprights
+from netsim.sequence.ink import Drawn, add, colour, cross, line, number, uprights
 from netsim.sequence.labels import SIZE, Room
-from netsim.sequence.plan import TOLD_LIVES, Plan
+from netsim.sequence.plan import AXIS_WIDTH, TOLD_LIVES, Plan
 from netsim.sequence.records import Noted, Span
 from netsim.sequence.states import DOWN, announced, roles
-from netsim.sequence.words import drop_words, instant, reason, round_words
-from netsim.trace.events import MessageDropped, NodeLife
+from netsim.sequence.words import drop_words, instant, note_words, reason, round_words
+from netsim.trace.events import AlgorithmRecord, MessageDropped, NodeLife
 
 BAND = 5.0
 FAINT = 0.35
 """How much overhearing looks like receiving; the rest like listening."""
 _ROLE = 4.6  # half the width of the frame around the life line of a node that holds a role
-_DOT = 2.6
+_DOT, _NOTE = 2.6, 4.0
+_ASIDE = 8.5  # from the middle of a life line to words beside it
 _LEAST = 0.05  # shorter than this nothing is seen
 LEADER, LABEL, FAULT = colour(style.LEADER), colour(style.LABEL), colour(style.FAULT)
-DOT = colour(style.VARIABLE)
+DOT, NOTE = colour(style.VARIABLE), colour(style.ESTIMATE)
 
 Spans = Mapping[int, list[Span]]
 
@@ -80,10 +81,13 @@ def state_colour(state: str) -> str:
 
 
 def draw_marks(parent: ET.Element, texts: ET.Element, plan: Plan, room: Room) -> None:
-    """Roles, computations, what was given up, deaths."""
+    """Roles, computations, notes, what was given up, deaths."""
     for node in plan.order:
         _draw_roles(parent, texts, plan, node, room)
     _draw_rounds(parent, plan)
+    for note in plan.exchange.notes:
+        if note.event.node in plan.x:
+            _draw_note(parent, texts, plan, note, room)
     for drop in plan.exchange.dropped:
         if drop.event.node in plan.x:
             _draw_drop(parent, texts, plan, drop, room)
@@ -91,6 +95,11 @@ def draw_marks(parent: ET.Element, texts: ET.Element, plan: Plan, room: Room) ->
         event = life.event
         if event.node in plan.x and event.event in TOLD_LIVES and plan.first_ns <= life.time_ns <= plan.last_ns:
             _draw_life(parent, texts, plan, life, room)
+
+
+def diamond(x: float, y: float) -> str:
+    """Path data of the mark of a note."""
+    return line((x, y - _NOTE), (x + _NOTE, y), (x, y + _NOTE), (x - _NOTE, y)) + "Z"
 
 
 def _draw_roles(parent: ET.Element, texts: ET.Element, plan: Plan, node: int, room: Room) -> None:
@@ -112,7 +121,7 @@ def _draw_roles(parent: ET.Element, texts: ET.Element, plan: Plan, node: int, ro
         )
         since = f" from {instant(span.start_ns)}" if span.is_taken else ""
         add(box, "title", f"{plan.exchange.name(node)} is {span.role}{since} to {instant(span.end_ns)} s")
-        _write(texts, room, x + _ROLE + 3.0, top + 8.0, span.role, LEADER)
+        _write(texts, room, plan, node, top + 8.0, span.role, LEADER)
 
 
 def _draw_rounds(parent: ET.Element, plan: Plan) -> None:
@@ -125,6 +134,13 @@ def _draw_rounds(parent: ET.Element, plan: Plan) -> None:
             add(dot, "title", round_words(plan.exchange, note))
 
 
+def _draw_note(parent: ET.Element, texts: ET.Element, plan: Plan, note: Noted[AlgorithmRecord], room: Room) -> None:
+    x, y = plan.x[note.event.node], plan.y(note.time_ns)
+    mark = add(parent, "path", class_="note", d=diamond(x, y), fill=NOTE)
+    add(mark, "title", note_words(plan.exchange, note))
+    _write(texts, room, plan, note.event.node, y + 3.5, note.event.kind, NOTE)
+
+
 def _draw_drop(parent: ET.Element, texts: ET.Element, plan: Plan, note: Noted[MessageDropped], room: Room) -> None:
     x, y = plan.x[note.event.node], plan.y(note.time_ns)
     group = add(parent, "g", class_="drop", data_m=str(note.event.message_id))
@@ -133,7 +149,7 @@ def _draw_drop(parent: ET.Element, texts: ET.Element, plan: Plan, note: Noted[Me
     bar = f"M{number(x - 3.0)} {number(y + 3.0)}L{number(x + 3.0)} {number(y - 3.0)}"
     add(group, "path", d=bar, stroke=FAULT, stroke_width=1.6)
     number_of = f" #{note.event.message_id}" if note.event.message_id else ""
-    _write(texts, room, x + 8.0, y + 3.5, f"gave up{number_of}: {reason(note.event.reason)}", FAULT)
+    _write(texts, room, plan, note.event.node, y + 3.5, f"gave up{number_of}: {reason(note.event.reason)}", FAULT)
 
 
 def _draw_life(parent: ET.Element, texts: ET.Element, plan: Plan, note: Noted[NodeLife], room: Room) -> None:
@@ -143,10 +159,15 @@ def _draw_life(parent: ET.Element, texts: ET.Element, plan: Plan, note: Noted[No
     group = add(parent, "g", class_="lives")
     add(group, "title", f"{plan.exchange.name(note.event.node)} {note.event.event} at {instant(note.time_ns)} s{why}")
     add(group, "path", d=cross(x, y, 5.5), stroke=tone, stroke_width=2.4)
-    _write(texts, room, x + 9.0, y + 3.5, f"{note.event.event}{why}", tone)
+    _write(texts, room, plan, note.event.node, y + 3.5, f"{note.event.event}{why}", tone)
 
 
-def _write(texts: ET.Element, room: Room, x: float, y: float, text: str, tone: str) -> None:
-    """A word beside a life line, if there is room for it; else it is told by pointing at the mark."""
-    if room.take((x, y - SIZE, x + 0.6 * SIZE * len(text), y + 2.0)):
-        add(texts, "text", text, class_="t", x=x, y=y, fill=tone, font_size=SIZE)
+def _write(texts: ET.Element, room: Room, plan: Plan, node: int, y: float, text: str, tone: str) -> None:
+    """A word beside a life line, where there is room for it; where there is none it is told by pointing at the mark."""
+    wide = 0.6 * SIZE * len(text)
+    for side, anchor in ((1.0, "start"), (-1.0, "end")):
+        x = plan.x[node] + side * _ASIDE
+        left, right = min(x, x + side * wide), max(x, x + side * wide)
+        if left >= AXIS_WIDTH and right <= plan.width and room.take((left, y - SIZE, right, y + 2.0)):
+            add(texts, "text", text, class_="t", x=x, y=y, fill=tone, font_size=SIZE, text_anchor=anchor)
+            return

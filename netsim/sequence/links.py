@@ -6,7 +6,6 @@ passed on over several hops also from each arrival to the next hop's sending.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
@@ -14,6 +13,8 @@ from netsim.sequence.ink import add, number
 from netsim.sequence.plan import Plan
 from netsim.sequence.records import Exchange
 
+LINK = "#cdd4de"
+"""Colour of links between messages whose kind is not known."""
 _BULGE, _SLOPE = 6.0, 0.1
 _WIDEST, _SHARE = 30.0, 0.42  # in points, and of a column
 
@@ -77,28 +78,24 @@ def _arrivals(exchange: Exchange) -> dict[tuple[int, int], int]:
 
 
 def draw_links(parent: ET.Element, plan: Plan) -> None:
-    """Thin dotted arcs to the left of the life lines, one element a message sent at a node."""
-    groups: defaultdict[tuple[int, int], list[Link]] = defaultdict(list)
+    """Thin dotted arcs to the left of the life lines; receptions at one instant that led to one sending share theirs."""
+    arcs: defaultdict[tuple[int, int, int, int], list[int]] = defaultdict(list)
     for link in cause_links(plan.exchange):
-        groups[link.effect, link.node].append(link)
-    for (effect, node), links in groups.items():
+        arcs[link.node, link.received_ns, link.sent_ns, link.effect].append(link.cause)
+    numbers = {kind: str(place) for place, kind in enumerate(plan.colours)}
+    for (node, received_ns, sent_ns, effect), causes in arcs.items():
         sending = plan.exchange.sendings.get(effect)
         kind = sending.kind if sending is not None else ""
         add(
             parent,
             "path",
             class_="c",
-            d="".join(_arcs(plan, node, links)),
+            d=_arc(plan.x[node] - 3.0, plan.y(received_ns), plan.y(sent_ns), min(_WIDEST, _SHARE * plan.column)),
             data_m=str(effect),
-            data_c=" ".join(str(link.cause) for link in links),
-            data_k=str(list(plan.colours).index(kind)) if kind in plan.colours else "-1",
-            stroke=plan.colours.get(kind, "#cdd4de"),
+            data_c=" ".join(map(str, causes)),
+            data_k=numbers.get(kind, "-1"),
+            stroke=plan.colours.get(kind, LINK),
         )
-
-
-def _arcs(plan: Plan, node: int, links: list[Link]) -> Iterator[str]:
-    for received_ns, sent_ns in dict.fromkeys((link.received_ns, link.sent_ns) for link in links):
-        yield _arc(plan.x[node] - 3.0, plan.y(received_ns), plan.y(sent_ns), min(_WIDEST, _SHARE * plan.column))
 
 
 def _arc(x: float, top: float, bottom: float, widest: float) -> str:

@@ -89,6 +89,7 @@ def _marks_ns(exchange: Exchange, nodes: set[int]) -> list[int]:
     """Instants of what is marked on the life lines of some nodes."""
     noted = [
         *(each.time_ns for each in exchange.rounds if each.event.node in nodes),
+        *(each.time_ns for each in exchange.notes if each.event.node in nodes),
         *(each.time_ns for each in exchange.dropped if each.event.node in nodes),
         *(each.time_ns for each in exchange.roles if each.event.node in nodes),
         *(each.time_ns for each in exchange.lives if each.event.node in nodes and each.event.event in TOLD_LIVES),

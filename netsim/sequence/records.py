@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 from netsim.metrics.causes import Sending
 from netsim.replay import style
-from netsim.trace.events import GraphMessages, MessageDelivered, MessageDropped, NodeLife, Role
+from netsim.trace.events import AlgorithmRecord, GraphMessages, MessageDelivered, MessageDropped, NodeLife, Role
 
 RECEIVED = "received"
 CARRYING_NOTHING = ("ack", "strobe")
@@ -139,6 +139,7 @@ class Exchange:
         delivered: The first delivery of each message at each node.
         dropped: What was given up.
         rounds: Graph messages computed.
+        notes: What algorithms noted.
         lives: Deaths, crashes and the like.
         roles: Roles taken and left, before the window too.
         radio: What radios announced, before the window too.
@@ -154,6 +155,7 @@ class Exchange:
     delivered: dict[int, dict[int, Noted[MessageDelivered]]] = field(default_factory=dict)
     dropped: list[Noted[MessageDropped]] = field(default_factory=list)
     rounds: list[Noted[GraphMessages]] = field(default_factory=list)
+    notes: list[Noted[AlgorithmRecord]] = field(default_factory=list)
     lives: list[Noted[NodeLife]] = field(default_factory=list)
     roles: list[Noted[Role]] = field(default_factory=list)
     radio: list[Change] = field(default_factory=list)

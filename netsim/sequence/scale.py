@@ -13,8 +13,10 @@ beside each other some room.
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,8 +70,17 @@ class TimeScale:
 
     def place(self, time_ns: int) -> float:
         """Where an instant lies; those before the first or after the last lie with these."""
-        since_ns = (self.instants_ns - self.instants_ns[0]).astype(float)
-        return float(np.interp(float(time_ns - int(self.instants_ns[0])), since_ns, self.places))
+        instants_ns, places = self._columns
+        after = bisect_right(instants_ns, time_ns)
+        if after in (0, len(instants_ns)):
+            return places[min(after, len(places) - 1)]
+        share = (time_ns - instants_ns[after - 1]) / (instants_ns[after] - instants_ns[after - 1])
+        return places[after - 1] + share * (places[after] - places[after - 1])
+
+    @cached_property
+    def _columns(self) -> tuple[list[int], list[float]]:
+        """As lists, in which a single place is found much faster."""
+        return self.instants_ns.tolist(), self.places.tolist()
 
     def most_in_air(self, start_ns: int, end_ns: int) -> int:
         """How many transmissions are in the air at once, at most, between two of the instants."""

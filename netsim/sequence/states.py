@@ -57,7 +57,8 @@ def _spans(node: int, changes: Iterable[Change], first_ns: int, last_ns: int) ->
         elif change.time_ns < last_ns:
             steps.append((change.time_ns, change.state))
     for (start_ns, state), (end_ns, _) in pairwise([*steps, (last_ns, "")]):
-        yield Span(node, state, start_ns, end_ns)
+        if end_ns > start_ns:
+            yield Span(node, state, start_ns, end_ns)
 
 
 def roles(exchange: Exchange, node: int, first_ns: int, last_ns: int) -> list[RoleSpan]:

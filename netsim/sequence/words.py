@@ -5,10 +5,11 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from netsim.metrics.causes import Sending
 from netsim.sequence.records import Arm, Exchange, Noted, Transmission
-from netsim.trace.events import BROADCAST, GraphMessages, MessageDropped
+from netsim.trace.events import BROADCAST, AlgorithmRecord, GraphMessages, MessageDropped
 from netsim.units import NS_PER_MS, NS_PER_S, NS_PER_US
 
 _LISTED = 8
+_LONGEST = 400  # characters of a note
 
 
 def duration(time_ns: float) -> str:
@@ -137,6 +138,14 @@ def round_words(exchange: Exchange, note: Noted[GraphMessages]) -> str:
         f"{exchange.name(event.node)}, {which}, {instant(note.time_ns)} s\n"
         f"{event.computed} graph messages computed, {len(event.source)} sent, {int(sum(event.remote))} of them to other "
         f"nodes; largest change {event.largest_change:.3g}{late}"
+    )
+
+
+def note_words(exchange: Exchange, note: Noted[AlgorithmRecord]) -> str:
+    """All about what an algorithm noted."""
+    event = note.event
+    return (
+        f"{exchange.name(event.node)} notes {event.kind} at {instant(note.time_ns)} s\n{event.fields_json[:_LONGEST]}"
     )
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from netsim.trace.events import (
     BROADCAST,
     OUTCOME_CODE,
+    AlgorithmRecord,
     EnergyLedger,
     Event,
     Frame,
@@ -90,6 +91,7 @@ TALK: list[Row] = [
     delivered(2, 1007, B, A, "tell", 3.0),
     frame(4, 1005.5, 1007.5, C, B, {A: "collided", B: "half_duplex"}, message=3),
     frame(5, 3000, 3002, C, B, {A: "overheard", B: "collided"}, message=3, attempt=1),
+    (ms(3002.5), AlgorithmRecord(A, "verdict", '{"targets": 2}')),
     (ms(3003), MessageDropped(3, C, B, C, "ask", "no_ack")),
     (ms(3003), Role(B, "leader", 0)),
     (ms(3004), NodeLife(C, "died", "battery")),

@@ -86,7 +86,7 @@ def test_arrows_say_what_they_carry_and_why_they_failed(drawn: tuple[Plan, ET.El
     words = [text.text for text in by_class(root, "t")]
     for expected in ("#1 ask, 40 byte", "#2 tell, 40 byte → 1 of 2", "#3 ask, 40 byte", "#3 ask, 40 byte, try 2"):
         assert words.count(expected) == 1
-    assert {"half duplex", "collided", "leader", "gave up #3: no ack"} <= set(words)
+    assert {"half duplex", "collided", "leader", "gave up #3: no ack", "verdict"} <= set(words)
 
 
 def test_pointing_tells_all_about_a_frame(drawn: tuple[Plan, ET.Element]) -> None:
@@ -103,6 +103,19 @@ def test_pointing_tells_all_about_a_frame(drawn: tuple[Plan, ET.Element]) -> Non
     )
     assert titles[2].splitlines()[2:4] == ["received: ann", "half duplex: cyd"]
     assert titles[2].endswith("caused by #1")
+
+
+def test_marks_lie_on_their_life_lines(drawn: tuple[Plan, ET.Element]) -> None:
+    layout, root = drawn
+    (note,) = by_class(root, "note")
+    assert note.findtext(f"{ALL}title") == 'ann notes verdict at 3.002500 s\n{"targets": 2}'
+    x, y = map(float, re.match(r"M([\d.]+) ([\d.]+)", note.get("d")).groups())
+    assert (x, y) == pytest.approx((layout.x[A], layout.y(ms(3002.5)) - 4.0), abs=0.06)
+    (role,) = by_class(root, "role")
+    assert float(role.get("x")) == layout.x[B] - 4.6
+    assert float(role.get("y")) == pytest.approx(layout.y(ms(1003)), abs=0.06)
+    (drop,) = by_class(root, "drop")
+    assert drop.findtext(f"{ALL}title") == "cyd gave up ask #3 at 3.003000 s: no ack"
 
 
 def test_a_link_tells_its_cause_and_its_effect(drawn: tuple[Plan, ET.Element]) -> None:
@@ -125,7 +138,7 @@ def test_the_legend_has_what_the_chart_has(drawn: tuple[Plan, ET.Element]) -> No
     layout, _ = drawn
     assert [entry.label for entry in entries(layout)] == [
         "ask", "tell", "acknowledgement", "not received: half duplex", "collided",
-        "a reception led to a sending", "given up", "holds a role", "listen", "receive", "transmit", "overhear",
+        "a reception led to a sending", "given up", "a note of the algorithm", "holds a role", "listen", "receive", "transmit", "overhear",
     ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from netsim.sequence.links import Link, cause_links
 from netsim.sequence.plan import node_order
 from netsim.sequence.records import Exchange
 from netsim.sequence.states import RoleSpan, announced, roles
-from netsim.trace.events import RADIO_STATE_CODE, MessageDelivered, RadioState
+from netsim.trace.events import RADIO_STATE_CODE, MessageDelivered, NodeLife, RadioState
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +95,8 @@ def test_filters(talk: Path) -> None:
     assert [row[0] for row in told(gather(talk, Asked(kinds={"tell"})))] == [3]
     assert [row[0] for row in told(gather(talk, Asked(nodes={A})))] == [1, 2, 3]
     assert told(gather(talk, Asked(nodes={A})))[2][-1] == [(A, "received")]
+    assert gather(talk, Asked(nodes={A})).dropped == []
+    assert len(gather(talk, Asked(nodes={B})).dropped) == 1
 
 
 def test_an_addressee_that_no_medium_decided_about_is_out_of_reach(tmp_path: Path) -> None:
@@ -132,6 +134,20 @@ def test_parts_of_a_message_are_numbered_and_tries_are_not_parts(tmp_path: Path)
     ]
     exchange = gather(write(tmp_path / "parts.mcap", rows), Asked())
     assert [each.part for each in exchange.transmissions] == [1, 2, 2]
+
+
+def test_a_crash_prevails_over_what_the_radio_says_at_that_instant_and_a_reboot_yields(tmp_path: Path) -> None:
+    rows = [
+        *tables(),
+        (ms(2), NodeLife(B, "crashed", "fault rule")),
+        (ms(2), RadioState(B, RADIO_STATE_CODE["off"])),
+        (ms(5), NodeLife(B, "rebooted", "Talk")),
+        (ms(5), RadioState(B, RADIO_STATE_CODE["sleep"])),
+        frame(1, 8, 9, A, B, {B: "asleep"}, message=1),
+    ]
+    exchange = gather(write(tmp_path / "crash.mcap", rows), Asked())
+    states = [(span.state, span.start_ns, span.end_ns) for span in announced(exchange, B, 0, ms(9))]
+    assert states == [("listen", 0, ms(2)), ("crashed", ms(2), ms(5)), ("sleep", ms(5), ms(9))]
 
 
 @pytest.mark.parametrize(("full", "then"), [(False, "listen"), (True, "switch")])

@@ -127,7 +127,7 @@
       for (const each of new Set([...back, ...forward])) {
         for (const part of drawn.get(each) || []) {
           const isLink = part.classList.contains("c");
-          // A link belongs to the chain where a cause does that it comes from: back all, forward those on the way.
+          // Back all links belong to the chain, forward only those that come from something in it.
           const onWay = !isLink || back.has(each) || part.dataset.c.split(" ").some((cause) => forward.has(cause));
           if (!onWay) continue;
           part.classList.add("lit");
