@@ -1,6 +1,5 @@
 """Reading a window of a trace into what a sequence chart shows."""
 
-import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -85,7 +84,7 @@ def _end_ns(trace: Path, asked: Asked) -> int:
     if asked.end_ns is not None and asked.end_ns <= asked.start_ns:
         message = f"--end: expected a time after --start ({_s(asked.start_ns)} s), got {_s(asked.end_ns)} s"
         raise ScenarioError(message)
-    return min(last_ns + 1, math.inf if asked.end_ns is None else asked.end_ns)  # type: ignore[return-value]
+    return last_ns + 1 if asked.end_ns is None else min(last_ns + 1, asked.end_ns)
 
 
 class _Reader:
@@ -113,7 +112,7 @@ class _Reader:
             case VariablePlacement():
                 self._told.handlers()[VariablePlacement](event, time_ns)
             case RadioState():
-                self._exchange.radio.append(Change(time_ns, event.node, RADIO_STATES[event.state]))
+                self._take_state(Change(time_ns, event.node, RADIO_STATES[event.state]))
             case Role():
                 self._exchange.roles.append(Noted(time_ns, event))
             case NodeLife():
@@ -142,6 +141,13 @@ class _Reader:
                 self._exchange.notes.append(Noted(time_ns, event))
             case _:
                 pass
+
+    def _take_state(self, change: Change) -> None:
+        """Of what was before the window only the last counts."""
+        known = self._exchange.radio.setdefault(change.node, [])
+        if known and change.time_ns < self._asked.start_ns:
+            known.clear()
+        known.append(change)
 
     def _is_wanted(self, kind: str) -> bool:
         return self._asked.kinds is None or kind in self._asked.kinds
@@ -206,8 +212,10 @@ class _Reader:
 
 def _listen_when_awake(exchange: Exchange) -> None:
     """Traces that tell no receptions tell of waking up only that it begins: from then on the radio listens."""
-    if not any(change.state in ("receive", "transmit") for change in exchange.radio):
-        exchange.radio = [replace(each, state="listen") if each.state == "switch" else each for each in exchange.radio]
+    if any(change.state in ("receive", "transmit") for changes in exchange.radio.values() for change in changes):
+        return
+    for node, changes in exchange.radio.items():
+        exchange.radio[node] = [replace(each, state="listen") if each.state == "switch" else each for each in changes]
 
 
 def _filters(asked: Asked) -> Iterator[str]:

@@ -142,7 +142,7 @@ class Exchange:
         notes: What algorithms noted.
         lives: Deaths, crashes and the like.
         roles: Roles taken and left, before the window too.
-        radio: What radios announced, before the window too.
+        radio: What each node's radio announced, with its last word before the window.
     """
 
     title: str
@@ -158,7 +158,7 @@ class Exchange:
     notes: list[Noted[AlgorithmRecord]] = field(default_factory=list)
     lives: list[Noted[NodeLife]] = field(default_factory=list)
     roles: list[Noted[Role]] = field(default_factory=list)
-    radio: list[Change] = field(default_factory=list)
+    radio: dict[int, list[Change]] = field(default_factory=dict)
 
     def name(self, node: int) -> str:
         """How to call a node."""

@@ -37,7 +37,7 @@ def announced(exchange: Exchange, node: int, first_ns: int, last_ns: int) -> lis
 
     At one instant crashes prevail, and reboots yield.
     """
-    changes = [change for change in exchange.radio if change.node == node]
+    changes = exchange.radio.get(node, [])
     lives = [
         Change(each.time_ns, node, _LIFE_STATES[each.event.event])
         for each in exchange.lives

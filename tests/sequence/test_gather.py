@@ -155,9 +155,11 @@ def test_where_only_waking_is_announced_the_radio_listens_from_then_on(tmp_path:
     radio = [(4, "sleep"), (6, "switch")] + ([(7, "receive")] if full else [])
     changes = [(ms(at), RadioState(B, RADIO_STATE_CODE[state])) for at, state in radio]
     rows = [*tables(), *changes, frame(1, 8, 9, A, B, {B: "received"}, message=1)]
-    exchange = gather(write(tmp_path / "radio.mcap", rows), Asked(start_ns=ms(7.5)))
+    exchange = gather(write(tmp_path / "radio.mcap", rows), Asked())
     states = [(span.state, span.start_ns, span.end_ns) for span in announced(exchange, B, ms(3), ms(6.5))]
     assert states == [("listen", ms(3), ms(4)), ("sleep", ms(4), ms(6)), (then, ms(6), ms(6.5))]
+    later = gather(tmp_path / "radio.mcap", Asked(start_ns=ms(6.5)))
+    assert announced(later, B, ms(6.5), ms(7))[0].state == then
 
 
 @pytest.mark.parametrize(
