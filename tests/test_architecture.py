@@ -34,6 +34,7 @@ MAY_IMPORT = {
     "flow": {"trace"},
     "metrics": {"trace", "kernels", "flow.rounds"},
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
+    "sequence": {"trace", "metrics.causes", "metrics.traffic", "replay.style"},
     "calibrate": {"kernels", "models"},
     "replay": {"trace", "flow.rounds", "flow.layout"},
     "study": {"scenario", "metrics", "reading", "trace"},

@@ -21,6 +21,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+TimeAxis = Literal["nonlinear", "linear", "events"]
 Between = Literal["power_down", "idle", "listen", "low_power_listening"]
 new_app = typer.Typer(help="Write a working template to start from.", no_args_is_help=True)
 app.add_typer(new_app, name="new")
@@ -128,9 +129,25 @@ def inspect(
         str | None, typer.Option(help="Node ids or names to look at, separated by commas; by default all.")
     ] = None,
     timeline: Annotated[str | None, typer.Option(metavar="NODE", help="The time line of this node instead.")] = None,
-    start: Annotated[float | None, typer.Option(help="Time line: from here (simulated seconds).", min=0)] = None,
-    end: Annotated[float | None, typer.Option(help="Time line: up to here (simulated seconds).", min=0)] = None,
-    kinds: Annotated[str | None, typer.Option(help="Time line: messages of these kinds, separated by commas.")] = None,
+    sequence: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write a sequence chart instead: .svg for a picture, .html for a page to explore."
+        ),
+    ] = None,
+    start: Annotated[float | None, typer.Option(help="Time line, chart: from here (simulated seconds).", min=0)] = None,
+    end: Annotated[float | None, typer.Option(help="Time line, chart: up to here (simulated seconds).", min=0)] = None,
+    kinds: Annotated[
+        str | None, typer.Option(help="Time line, chart: messages of these kinds, separated by commas.")
+    ] = None,
+    time: Annotated[
+        TimeAxis | None,
+        typer.Option(help="Chart: how time runs down the page.", show_default="nonlinear"),
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(help="Chart: refuse more frames than this.", min=1, show_default="3000")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Chart: overwrite the file.")] = False,
     frames: Annotated[bool, typer.Option("--frames", help="Time line: frames too.")] = False,
     message: Annotated[
         int | None, typer.Option(metavar="ID", help="One message instead: its frames, its causal chain.", min=1)
@@ -147,12 +164,13 @@ def inspect(
     ] = None,
     debug: Debug = False,
 ) -> None:
-    """Say what a run came to, where its energy went, who talked to whom; or why a node spoke.
+    """Say what a run came to, where its energy went, who talked to whom; or why a node spoke; or draw who sent what when.
 
     With --nodes: where the energy of these nodes went, and with whom they talked. With --timeline: all that one node did
-    and that befell it. With --message: what became of a message, which receptions led to it and what it led to. With
-    --why: what a node had received when it spoke in a round after silence. Of a trace that was cut short the part that is
-    there is told, after a warning and with exit status 0.
+    and that befell it. With --sequence: a chart of a window, with every frame as an arrow between the nodes' life lines and
+    with links from receptions to the sendings they led to. With --message: what became of a message, which receptions led
+    to it and what it led to. With --why: what a node had received when it spoke in a round after silence. Of a trace that
+    was cut short the part that is there is told, after a warning and with exit status 0.
     """
     from netsim.cli.questions import Question, ask
 
@@ -161,6 +179,10 @@ def inspect(
         Question(
             nodes=nodes,
             timeline=timeline,
+            sequence=sequence,
+            time=time,
+            limit=limit,
+            force=force,
             start_s=start,
             end_s=end,
             kinds=kinds,

@@ -3,13 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from netsim.cli.console import say
 from netsim.cli.replay import trace_file
 from netsim.errors import ScenarioError
 from netsim.metrics.timeline import Window
+from netsim.replay import node_ids
 from netsim.study.info import INFO_FILE
 from netsim.units import s_to_ns
+
+if TYPE_CHECKING:
+    from netsim.sequence import Asked
 
 TOP_PAIRS = 20
 TOP_LINES = 200
@@ -20,11 +25,15 @@ class Question:
     """The options of `netsim inspect`, as given.
 
     Attributes:
-        nodes: Summary of these nodes only.
+        nodes: Summary of these nodes only; chart of the frames from and to them.
         timeline: Node whose time line is asked for.
-        start_s: Of the time line.
-        end_s: Of the time line.
-        kinds: Message kinds of the time line.
+        sequence: File for a sequence chart.
+        time: How time runs in the chart; None for non-linear.
+        limit: Most frames in the chart; None for what a browser draws without delay.
+        force: Whether the chart's file may exist.
+        start_s: Of the time line or the chart.
+        end_s: Of the time line or the chart.
+        kinds: Message kinds of the time line or the chart.
         frames: Whether the time line tells frames.
         message: Message whose story is asked for.
         why: Node of which is asked why it spoke.
@@ -36,6 +45,10 @@ class Question:
 
     nodes: str | None = None
     timeline: str | None = None
+    sequence: Path | None = None
+    time: str | None = None
+    limit: int | None = None
+    force: bool = False
     start_s: float | None = None
     end_s: float | None = None
     kinds: str | None = None
@@ -60,7 +73,11 @@ def ask(given: Path, question: Question) -> None:
         return
     _check(question)
     trace = trace_file(given)
-    if question.timeline is not None:
+    if question.sequence is not None:
+        from netsim.cli.sequence import sequence_command
+
+        sequence_command(trace, question.sequence, _asked(question, trace), force=question.force)
+    elif question.timeline is not None:
         from netsim.cli.timeline import timeline_command
 
         timeline_command(trace, question.timeline, _window(question))
@@ -79,11 +96,29 @@ def ask(given: Path, question: Question) -> None:
         inspect_command(trace, question.nodes, question.top or TOP_PAIRS)
 
 
+def _asked(question: Question, trace: Path) -> "Asked":
+    from netsim.sequence import Asked
+    from netsim.sequence.gather import FRAME_LIMIT
+
+    return Asked(
+        start_ns=s_to_ns(question.start_s or 0.0),
+        end_ns=None if question.end_s is None else s_to_ns(question.end_s),
+        nodes=None if question.nodes is None else node_ids(trace, question.nodes.split(",")),
+        kinds=_kinds(question),
+        limit=question.limit or FRAME_LIMIT,
+        time=question.time or "nonlinear",
+    )
+
+
+def _kinds(question: Question) -> frozenset[str] | None:
+    return None if question.kinds is None else frozenset(part.strip() for part in question.kinds.split(","))
+
+
 def _window(question: Question) -> Window:
     return Window(
         start_ns=s_to_ns(question.start_s or 0.0),
         end_ns=None if question.end_s is None else s_to_ns(question.end_s),
-        kinds=None if question.kinds is None else frozenset(part.strip() for part in question.kinds.split(",")),
+        kinds=_kinds(question),
         frames=question.frames,
         most=question.top or TOP_LINES,
     )
@@ -92,7 +127,8 @@ def _window(question: Question) -> Window:
 def _check(question: Question) -> None:
     """Refuse options that would have no effect."""
     asked = {
-        "--nodes": question.nodes,
+        "--sequence": question.sequence,
+        "--nodes": question.nodes if question.sequence is None else None,
         "--timeline": question.timeline,
         "--message": question.message,
         "--why": question.why,
@@ -105,9 +141,11 @@ def _check(question: Question) -> None:
         "--start": question.start_s,
         "--end": question.end_s,
         "--kinds": question.kinds,
-        "--frames": question.frames or None,
     }
-    _belong("--timeline", question.timeline is not None, times)
+    _belong("--timeline or --sequence", question.timeline is not None or question.sequence is not None, times)
+    _belong("--timeline", question.timeline is not None, {"--frames": question.frames or None})
+    chart = {"--time": question.time, "--limit": question.limit, "--force": question.force or None}
+    _belong("--sequence", question.sequence is not None, chart)
     _belong("--why", question.why is not None, {"--round": question.round, "--at": question.at_s})
     if question.why is not None and (question.round is None) == (question.at_s is None):
         message = "--why: expected --round N or --at SECONDS with it, one of the two"

@@ -17,11 +17,10 @@ from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, Frame
 
 _LOST, _INTERFERED, _LOST_ACKS, _ACKS, _FIRST_KIND = range(5)
 _FIXED_LAYERS = ("/map/losses/lost", "/map/losses/interference", "/map/losses/acks", "/map/acks")
-_INTERFERENCE = [OUTCOME_CODE[name] for name in ("collided", "captured", "jammed")]  # lost to another signal
+_INTERFERENCE = [OUTCOME_CODE[name] for name in style.INTERFERENCE]
 _ALWAYS_SHOWN = [OUTCOME_CODE["received"], *_INTERFERENCE]
 _UNHEARD = len(OUTCOMES)
 _REASONS = np.array([name.replace("_", " ") for name in OUTCOMES] + ["out of reach"])
-_EXPECTED_PRR = 0.5  # a broadcast is missed, not merely unheard, over links at least this good
 _LOSS_REACH = 0.6  # lost frames stop on the way
 _WIDTHS = {
     _LOST: style.LOST_WIDTH,
@@ -186,7 +185,7 @@ def _good_links(scene: Scene) -> NDArray[np.int64]:
         return np.empty(0, np.int64)
     source, destination = (scene.rows(np.asarray(ids)) for ids in (scene.links.source, scene.links.destination))
     moving = scene.motion.moving
-    good = (np.asarray(scene.links.prr) >= _EXPECTED_PRR) & ~moving[source] & ~moving[destination]
+    good = (np.asarray(scene.links.prr) >= style.EXPECTED_PRR) & ~moving[source] & ~moving[destination]
     return np.asarray((source * len(scene.place) + destination)[good])
 
 

@@ -22,6 +22,10 @@ KIND_COLOURS: tuple[Rgba, ...] = (
     (0, 220, 220, 255),
     (190, 220, 130, 255),
 )
+INTERFERENCE = ("collided", "captured", "jammed")
+"""Outcomes of frames that were lost to another signal; these are red, other losses grey."""
+EXPECTED_PRR = 0.5
+"""A broadcast is missed, not merely unheard, over links at least this good."""
 LOST: Rgba = (150, 155, 165, 255)
 COLLIDED: Rgba = (255, 66, 66, 255)
 ACKNOWLEDGEMENT: Rgba = (205, 255, 235, 255)

@@ -82,7 +82,7 @@ def test_a_time_line_is_bounded(run: Path, capsys: pytest.CaptureFixture[str]) -
         (Question(timeline="n03", message=1), "--timeline and --message: expected one question at a time"),
         (Question(timeline="n03", start_s=4.0, end_s=3.0), "expected a time after --start"),
         (Question(round=1), "--round: expected with --why only"),
-        (Question(frames=True, kinds="a"), "--kinds, --frames: expected with --timeline only"),
+        (Question(frames=True, kinds="a"), "--kinds: expected with --timeline or --sequence only"),
         (Question(message=999), r"expected the number of a message of this trace, 1 to \d+, got 999"),
     ],
 )
@@ -141,3 +141,31 @@ def test_a_leader_says_whom_it_chose(scenarios: Path, tmp_path: Path, capsys: py
     ask(tmp_path / "run", Question(why=f"{choice.node}", at_s=0.65))
     told = capsys.readouterr().out
     assert f"n{choice.node:02d} chose n{choice.destination:02d} to lead track 0 next, by utility of n" in told
+
+
+def test_a_sequence_chart_is_written(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "chart.html"
+    ask(run, Question(sequence=out, start_s=4.0, end_s=5.0, nodes="n03,n04", kinds="belief", time="events"))
+    told = capsys.readouterr().out
+    assert re.match(r"4\.\d{6} to 4\.\d{6} s · \d+ messages in \d+ frames · \d nodes, in the order", told)
+    assert f"wrote {out}; open it in a browser" in told
+    with pytest.raises(ScenarioError, match="this file exists"):
+        ask(run, Question(sequence=out))
+    with pytest.raises(ScenarioError, match="expected at most 3 frames in a chart"):
+        ask(run, Question(sequence=out, limit=3, force=True))
+
+
+@pytest.mark.parametrize(
+    ("question", "words"),
+    [
+        (Question(sequence=Path("a.svg"), message=3), "--sequence and --message: expected one question at a time"),
+        (Question(time="linear"), "--time: expected with --sequence only"),
+        (Question(timeline="n03", limit=3, force=True), "--limit, --force: expected with --sequence only"),
+        (Question(sequence=Path("a.svg"), frames=True), "--frames: expected with --timeline only"),
+        (Question(start_s=1.0), "--start: expected with --timeline or --sequence only"),
+        (Question(sequence=Path("a.svg"), nodes="n99"), "expected some of n00"),
+    ],
+)
+def test_options_of_a_chart_that_do_not_go_together(run: Path, question: Question, words: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(words)):
+        ask(run, question)
