@@ -44,6 +44,7 @@ NEIGHBOUR: Rgba = (165, 175, 190, 255)
 SENSOR_COLOURS: dict[str, Rgba] = {"amplitude": (245, 179, 1, 255), "bearing": (63, 190, 235, 255)}
 UNIFORM_BELIEF = 0.02
 """Probability, over that of the most probable cell, as which cells are drawn that are all equally probable."""
+ASLEEP: Rgba = (110, 125, 210, 255)
 DEAD: Rgba = (38, 40, 46, 255)
 CRASHED: Rgba = (235, 240, 250, 255)
 ROUTE: Rgba = (105, 125, 215, 255)
@@ -95,6 +96,7 @@ _LAYERS = (
     "routes",
     "model",
     "particles",
+    "groups",
     "targets",
     "acks",
     "messages",
