@@ -84,12 +84,13 @@ class Contents:
     identities: Sequence[int] = ()
 
 
-def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
+def make_blueprint(contents: Contents, pace: Pace, *, follow: bool = False) -> rrb.Blueprint:
     """The layout for what a trace has.
 
     Args:
         contents: What there is.
         pace: Window and playback speed.
+        follow: Whether the cursor keeps to the end while more comes.
     """
     right = [*_curve_rows(contents, pace)]
     if contents.lanes:
@@ -102,7 +103,11 @@ def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
         column_shares=[3, 2],
     )  # fmt: skip
     time_panel = rrb.TimePanel(
-        state="collapsed", timeline=TIMELINE, playback_speed=pace.speed, play_state="paused", loop_mode="off"
+        state="collapsed",
+        timeline=TIMELINE,
+        playback_speed=pace.speed,
+        play_state="following" if follow else "paused",
+        loop_mode="off",
     )
     panels = (rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed"))
     return rrb.Blueprint(layout, *panels, time_panel, auto_layout=False, auto_views=False)
