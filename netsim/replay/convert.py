@@ -94,7 +94,7 @@ class Conversion:
         rr.send_chunks(legend_chunks(self.scene, legend), recording=recording)
         lanes = self._lanes.busiest() if self._lanes else []
         left = Left(self.scene.bounds(len(legend)), self._flow.bounds, self._setting.options.graph)
-        return Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left, self._identities.tracks)
+        return Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left, self._identities.bounds)
 
     def _noted(self) -> Iterator[Chunk]:
         for chunk in self._chunks():

@@ -140,8 +140,9 @@ def _merged(before: Contents, now: Contents) -> Contents:
     """What there is to lay out with what there was."""
     lanes = [*before.lanes, *(lane for lane in now.lanes if lane not in before.lanes)]
     graph = now.left.graph or before.left.graph
-    identities = now.identities if len(now.identities) >= len(before.identities) else before.identities
-    return replace(now, lanes=lanes, left=replace(now.left, graph=graph), identities=identities)
+    return replace(
+        now, lanes=lanes, left=replace(now.left, graph=graph), identities=now.identities or before.identities
+    )
 
 
 def _differ(before: Contents, now: Contents) -> bool:

@@ -1,4 +1,4 @@
-"""What a replay shows of groups, of identities, of sleepers, and of how sure the nodes are."""
+"""What a replay shows of groups, of sleepers, and of how sure the nodes are."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from netsim.trace.events import (
     Event,
     FieldInfo,
     Group,
-    Identity,
     Log,
     Marginals,
     PairProbabilities,
@@ -25,13 +24,10 @@ STORY: tuple[tuple[int, Event], ...] = (
     (0, FieldInfo(20.0, 10.0, 0.0, 0.0)),
     (0, RadioState(2, ASLEEP)),
     (1 * S, Group(0, 1, [0], [0, 1])),
-    (1 * S, Identity(0, 0, [0.75, 0.25])),
     (1 * S, Group(2, 1, [1], [1, 2])),
-    (1 * S, Identity(2, 1, [0.25, 0.75])),
     (2 * S, Group(0, 2, [0, 1], [0, 1, 2])),
     (2 * S, Marginals(0, 5, [0.5, 0.5], 1, 0)),
     (3 * S, Group(0, 3, [0, 1], [])),
-    (3 * S, Identity(0, 1, [0.5, 0.5])),
     (3 * S, Marginals(1, 6, [1.0, 0.0], 1, 0)),
     (3 * S, PairProbabilities(1, 0, [3, 4], [0.5, 0.5], [0.4, 0.3], [0.6, 0.8], 2)),
     (4 * S, RadioState(2, LISTEN)),
@@ -68,16 +64,6 @@ def test_a_joint_group_is_one_broader_hull_in_its_first_track_s_colour(rows: Tab
     assert widths[2 * S][0] < widths[S][0] < 0.0  # points on screen are below 0
     assert list(first) == [S, 2 * S, 3 * S]
     assert len(first[3 * S]) == 0  # nobody read anything
-
-
-def test_identity_bars_are_the_latest_word_of_each_track(rows: Table) -> None:
-    heights = [timed(rows[f"/identity/target_{target}"], "BarChart:values") for target in (0, 1)]
-    bars = [{at: each[0]["buffer"] for at, each in own.items()} for own in heights]
-    assert list(bars[0]) == [S, 3 * S]
-    assert [bars[0][at][:2] for at in bars[0]] == [[0.75, 0.25], [0.75, 0.5]]
-    assert [bars[1][at][:2] for at in bars[1]] == [[0.25, 0.75], [0.25, 0.5]]
-    places = timed(rows["/identity/target_1"], "BarChart:abscissa")[S][0]["buffer"]
-    assert places[:2] == [1.0, 4.0]
 
 
 def test_sleepers_have_rings_and_short_naps_have_none(rows: Table) -> None:
