@@ -10,7 +10,6 @@ from netsim.cli.watching import LINE_EVERY_S
 from netsim.errors import ScenarioError
 from netsim.replay import ReplayOptions, live, node_ids
 from netsim.scenario.folder import TRACE_FILE
-from netsim.trace.reader import has_events
 from netsim.trace.writer import partial_path
 from netsim.units import NS_PER_S
 
@@ -56,6 +55,12 @@ def _there(trace: Path) -> Path:
     return trace if trace.exists() else partial_path(trace)
 
 
+def _has_begun(path: Path) -> bool:
+    from netsim.replay.live import has_begun
+
+    return has_begun(path)
+
+
 def _await_events(trace: Path) -> None:
     """Wait until a run has begun, and its first events are in the file.
 
@@ -73,7 +78,7 @@ def _await_events(trace: Path) -> None:
             )
             raise ScenarioError(message)
         time.sleep(_LOOK_S)
-    if not has_events(_there(trace)):
+    if not _has_begun(_there(trace)):
         tell("waiting for the first 4 MB of events, or the end of the run")
-    while not has_events(_there(trace)):
+    while not _has_begun(_there(trace)):
         time.sleep(_LOOK_S)

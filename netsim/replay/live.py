@@ -23,6 +23,7 @@ from netsim.trace.writer import partial_path
 from netsim.units import s_to_ns
 
 _LOOK_S = 0.5
+_HEAD_BYTE = 8  # the magic of MCAP
 _REST = 3.0  # of the time, at most a quarter is spent on converting: the run goes on beside it
 
 
@@ -56,7 +57,7 @@ class Follower:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TruncatedTraceWarning)
             try:
-                if not path.exists() or not has_events(path):
+                if not has_begun(path):
                     return False
                 return self._show(path, is_finished)
             except (OSError, TraceError):
@@ -85,6 +86,11 @@ class Follower:
             self._recording.send_blueprint(make_blueprint(contents, self._pace or window, follow=True))
         self._contents = contents
         self._recording.flush()
+
+
+def has_begun(path: Path) -> bool:
+    """Whether there is a trace that has events; one just created is empty."""
+    return path.exists() and path.stat().st_size >= _HEAD_BYTE and has_events(path)
 
 
 def follow(
