@@ -26,8 +26,8 @@ __all__ = [
 
 _SIZE = (1400, 900)
 _RECORDING_MAGIC = b"RRF"
-# Rerun logs by itself; that a trace was cut short is told by our reader already.
-os.environ.setdefault("RUST_LOG", "warn,re_mcap=error")
+# Rerun logs by itself; that a trace was cut short is told by our reader already, that a viewer is gone by our errors.
+os.environ.setdefault("RUST_LOG", "warn,re_mcap=error,re_grpc_client=off,re_sdk=off")
 
 
 def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None = None) -> None:

@@ -109,7 +109,13 @@ def listening(announce: Callable[[str], None] | None = None) -> Iterator[Listene
         _await_port(process, errors, data)
         if announce is not None:
             announce(f"http://{_LOOPBACK}:{web}/?url=rerun%2Bhttp://{_LOOPBACK}:{data}/proxy")
-        yield Listener(address, process)
+        try:
+            yield Listener(address, process)
+        except RuntimeError as error:  # it was closed, or failed, while it was sent to
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(_STOP_S)
+            if process.poll() != 0:
+                raise _failed(errors) from error
         if process.poll():
             raise _failed(errors)
 
