@@ -22,7 +22,7 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
-from netsim.trace.events import AlgorithmRecord, Estimate, Identity, Particles
+from netsim.trace.events import AlgorithmRecord, Estimate, Group, Identity, Particles
 
 JOINT = "joint"
 """Kind of the record of a reading in which a group tracks several targets jointly."""
@@ -66,6 +66,7 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
         station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
     _tell(station, held, belief, between_m2)
     _tell_particles(station, held.tracks, step, belief)
+    station.node.record(Group(station.node.id, step, list(held.tracks), nodes))
     is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))
     return replace(

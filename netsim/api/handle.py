@@ -241,8 +241,8 @@ class NodeHandle(Protocol):
 
         Raises:
             AlgorithmError: For an event of another node, or one that is not an algorithm's to record: those are
-                Association, Marginals, PairProbabilities, Estimate, Belief, Particles, Handoff, Identity, GraphMessages,
-                Role and AlgorithmRecord.
+                Association, Marginals, PairProbabilities, Estimate, Belief, Particles, Group, Handoff, Identity,
+                GraphMessages, Role and AlgorithmRecord.
         """
         ...
 

@@ -7,6 +7,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from netsim.replay import style
+from netsim.replay.certainty import ENTROPY_ORIGIN, WIDTH_ORIGIN
 from netsim.replay.energy import EnergyPlot
 from netsim.replay.options import Pace
 from netsim.replay.track import TIMELINE
@@ -23,10 +24,28 @@ _LOG = 203.0
 
 _SHOWN_LEVELS = ["INFO", "WARN", "ERROR", "CRITICAL"]  # the others can be chosen in the viewer
 
-_TRACK_ORIGIN, _TRACK = "/plots/track", "Distance from target (m)"
-_ROUNDS_ORIGIN, _ROUNDS = "/plots/senders", "Senders per round"
+_BAR, _BARS_FRAME = 34.0, 40.0
+_MOST_BARS = 8
 
 Ranges = tuple[tuple[float, float], tuple[float, float]]
+View = rrb.View | rrb.Tabs
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A plot over time.
+
+    Attributes:
+        origin: Where its curves are.
+        name: Its title.
+        corner: Where its legend is.
+        legend: Whether it has one.
+    """
+
+    origin: str
+    name: str
+    corner: rrb.Corner2D
+    legend: bool = True
 
 
 @dataclass(frozen=True)
@@ -54,6 +73,7 @@ class Contents:
         clocks: Title of the curves of the clocks' errors.
         lanes: Entities of the radio time line, the most important first.
         left: Map and graph.
+        identities: Ranges of x and y of the bars of who is who, if there are any.
     """
 
     present: Collection[str]
@@ -61,34 +81,64 @@ class Contents:
     clocks: str
     lanes: Sequence[str]
     left: Left
+    identities: Ranges | None = None
 
 
-def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
+def make_blueprint(contents: Contents, pace: Pace, *, follow: bool = False) -> rrb.Blueprint:
     """The layout for what a trace has.
 
     Args:
         contents: What there is.
         pace: Window and playback speed.
+        follow: Whether the cursor keeps to the end while more comes.
     """
-    views = (_curves(contents, pace), _radio(contents.lanes), _log(contents.present))
-    right = [(view, share) for view, share in zip(views, _shares(contents), strict=True) if view is not None]
+    right = [*_curve_rows(contents, pace)]
+    if contents.lanes:
+        right.append((_radio(contents.lanes), _lanes_height(contents)))
+    if (log := _log(contents.present)) is not None:
+        right.append((log, _log_height(contents)))
     layout = _left(contents.left) if not right else rrb.Horizontal(
         _left(contents.left),
         rrb.Vertical(*(view for view, _ in right), row_shares=[share for _, share in right]),
         column_shares=[3, 2],
     )  # fmt: skip
     time_panel = rrb.TimePanel(
-        state="collapsed", timeline=TIMELINE, playback_speed=pace.speed, play_state="paused", loop_mode="off"
+        state="collapsed",
+        timeline=TIMELINE,
+        playback_speed=pace.speed,
+        play_state="following" if follow else "paused",
+        loop_mode="off",
     )
     panels = (rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed"))
     return rrb.Blueprint(layout, *panels, time_panel, auto_layout=False, auto_views=False)
 
 
-def _shares(contents: Contents) -> tuple[float, float, float]:
-    """Heights of curves, radio time line and log."""
-    lanes = _LANES_FRAME + _LANE * min(_MOST_LANES, len(contents.lanes)) if contents.lanes else 0.0
-    log = _LOG if lanes else 0.4 * _RIGHT_SIDE
-    return _RIGHT_SIDE - lanes - log, lanes, log
+def _lanes_height(contents: Contents) -> float:
+    return _LANES_FRAME + _LANE * min(_MOST_LANES, len(contents.lanes)) if contents.lanes else 0.0
+
+
+def _log_height(contents: Contents) -> float:
+    return _LOG if contents.lanes or len(_own(contents)) > 0 else 0.4 * _RIGHT_SIDE
+
+
+def _curve_rows(contents: Contents, pace: Pace) -> list[tuple[View, float]]:
+    """What suits the algorithm above what suits every run; all in one place where radio lanes need the room."""
+    own: list[View] = [_series(curve, pace) for curve in _own(contents)]
+    common: list[View] = [_series(curve, pace) for curve in _common(contents) if curve.origin in contents.present]
+    height = _RIGHT_SIDE - _lanes_height(contents) - _log_height(contents)
+    bars = [] if contents.identities is None else [(_bars(contents.identities), _bars_height(contents.identities))]
+    if contents.lanes:
+        views = [*own, *(view for view, _ in bars), *common]
+        return [(_tabs(views), height)] if views else []
+    rows = [row for row in (own, common) if row]
+    each = (height - sum(share for _, share in bars)) / max(1, len(rows))
+    curves = [(_tabs(row), each) for row in rows]
+    return [*curves[:1], *bars, *curves[1:]]
+
+
+def _bars_height(bounds: Ranges) -> float:
+    top, bottom = bounds[1]
+    return _BARS_FRAME + _BAR * min(_MOST_BARS, bottom - top)
 
 
 def _left(left: Left) -> rrb.Spatial2DView | rrb.Tabs:
@@ -111,49 +161,52 @@ def _plane(origin: str, name: str, bounds: Ranges) -> rrb.Spatial2DView:
     )
 
 
-def _curves(contents: Contents, pace: Pace) -> rrb.Tabs | None:
+def _own(contents: Contents) -> list[Curve]:
+    """Curves of what the algorithm does, those of what is in front on the left first."""
+    right_top = rrb.Corner2D.RightTop
+    rounds = Curve("/plots/senders", "Senders per round", right_top)
+    known = [
+        Curve("/plots/track", "Distance from target (m)", right_top),
+        Curve("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom),
+        Curve(WIDTH_ORIGIN, "Certified intervals", right_top),
+        rounds,
+        Curve(ENTROPY_ORIGIN, "Entropy of beliefs (bit)", right_top),
+        Curve("/plots/clock", contents.clocks, rrb.Corner2D.LeftTop),
+    ]
+    if contents.left.graph is not None and contents.left.graph_first:
+        known = [rounds, *(curve for curve in known if curve is not rounds)]
+    return [curve for curve in known if curve.origin in contents.present]
+
+
+def _common(contents: Contents) -> list[Curve]:
     energy = contents.energy
     corner = rrb.Corner2D.LeftBottom if energy.falling else rrb.Corner2D.LeftTop
-    known = (
-        (energy.origin, energy.name, corner, energy.legend),
-        ("/plots/messages", "Messages/s", rrb.Corner2D.RightTop, True),
-        (_ROUNDS_ORIGIN, _ROUNDS, rrb.Corner2D.RightTop, True),
-        (_TRACK_ORIGIN, _TRACK, rrb.Corner2D.RightTop, True),
-        ("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom, True),
-        ("/plots/clock", contents.clocks, rrb.Corner2D.LeftTop, True),
-    )
+    return [
+        Curve(energy.origin, energy.name, corner, energy.legend),
+        Curve("/plots/messages", "Messages/s", rrb.Corner2D.RightTop),
+    ]
+
+
+def _series(curve: Curve, pace: Pace) -> rrb.TimeSeriesView:
     window = rr.TimeRange(
         start=rr.TimeRangeBoundary.absolute(seconds=pace.start_ns / NS_PER_S),
         end=rr.TimeRangeBoundary.absolute(seconds=pace.end_ns / NS_PER_S),
     )
-    whole = rrb.TimeAxis(view_range=window)
-    views = [
-        rrb.TimeSeriesView(
-            origin=origin, name=name, plot_legend=rrb.PlotLegend(corner=corner, visible=legend), axis_x=whole
-        )
-        for origin, name, corner, legend in known
-        if origin in contents.present
-    ]
-    names = [view.name for view in views]
-    return rrb.Tabs(*views, active_tab=names.index(_first(contents) or names[0])) if views else None
+    legend = rrb.PlotLegend(corner=curve.corner, visible=curve.legend)
+    axis = rrb.TimeAxis(view_range=window)
+    return rrb.TimeSeriesView(origin=curve.origin, name=curve.name, plot_legend=legend, axis_x=axis)
 
 
-def _first(contents: Contents) -> str | None:
-    """The curves that belong to what the map or the graphical model shows, if they are more than energy."""
-    if _graph_first(contents):
-        return _ROUNDS
-    beliefs = {"/map/beliefs", "/map/particles"} & {*contents.present}
-    return _TRACK if beliefs and _TRACK_ORIGIN in contents.present else None
+def _bars(bounds: Ranges) -> rrb.Spatial2DView:
+    return _plane("/identity", "Who is who: how probable each target is, in its colour", bounds)
 
 
-def _graph_first(contents: Contents) -> bool:
-    return contents.left.graph is not None and contents.left.graph_first and _ROUNDS_ORIGIN in contents.present
+def _tabs(views: Sequence[View]) -> View:
+    return views[0] if len(views) == 1 else rrb.Tabs(*views, active_tab=0)
 
 
-def _radio(lanes: Sequence[str]) -> rrb.StateTimelineView | rrb.Tabs | None:
+def _radio(lanes: Sequence[str]) -> View:
     """The busiest nodes' lanes as far as they fit; all of them in a tab behind."""
-    if not lanes:
-        return None
     if len(lanes) <= _MOST_LANES:
         return _lanes("/radio/**", f"Radios: {_LANE_COLOURS}")
     busiest = _lanes(list(lanes[:_MOST_LANES]), f"{_MOST_LANES} busiest radios: {_LANE_COLOURS}")

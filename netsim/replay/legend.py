@@ -99,23 +99,30 @@ def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
         yield Mark("on mains", discs=[(0.0, 0.75, style.ROLE_COLOURS["sensor"])])
     if sink.any():
         yield Mark("sink", discs=[(0.0, 1.0, style.SINK_RIM), (0.0, 0.74, style.ROLE_COLOURS["sink"])])
-    if "/map/dead" in present:
-        empty = tuple(style.energy_colours(np.array([0.0]))[0].tolist())
-        yield Mark("dead", discs=[(0.0, 0.75, empty), (0.0, 0.6, style.DEAD)])
-    if "/map/crashed" in present:
-        colours = style.energy_colours(np.array([0.8])) if battery.any() else style.role_colours(["sensor"])
-        alive: style.Rgba = tuple(colours[0].tolist())
-        yield Mark("crashed", discs=[(0.0, 0.75, alive), (0.0, 0.6, style.DEAD)], cross=style.CRASHED)
+    yield from _state_marks(bool(battery.any()), present)
     if "/map/faults" in present:
         yield Mark("fault at work", ring=style.FAULT)
     if "/map/jammers" in present:
         yield Mark("jammer", discs=[(0.0, 0.9, style.JAMMER)])
 
 
+def _state_marks(on_battery: bool, present: Collection[str]) -> Iterator[Mark]:
+    """Of nodes that take no part for a while or for good."""
+    if "/map/asleep" in present:
+        yield Mark("asleep", ring=style.ASLEEP)
+    if "/map/dead" in present:
+        empty = tuple(style.energy_colours(np.array([0.0]))[0].tolist())
+        yield Mark("dead", discs=[(0.0, 0.75, empty), (0.0, 0.6, style.DEAD)])
+    if "/map/crashed" in present:
+        colours = style.energy_colours(np.array([0.8])) if on_battery else style.role_colours(["sensor"])
+        alive: style.Rgba = tuple(colours[0].tolist())
+        yield Mark("crashed", discs=[(0.0, 0.75, alive), (0.0, 0.6, style.DEAD)], cross=style.CRASHED)
+
+
 def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
     yield from _track_marks(present)
     if "/map/targets" in present:
-        yield Mark("target", outline=style.TARGET)
+        yield Mark("target", outline=style.TARGET if scene.group_range_m is None else style.kind_colour(0))
     if "/map/estimates" in present:
         yield Mark("estimate", discs=[(0.0, 0.5, style.ESTIMATE)])
     if "/map/routes" in present:
@@ -145,6 +152,8 @@ def _track_marks(present: Collection[str]) -> Iterator[Mark]:
         colours = [style.kind_colour(track) for track in range(3)]
         discs = [(s, size, c) for s, size, c in zip((-1.3, 0.0, 1.3), (0.2, 0.4, 0.6), colours, strict=True)]
         yield Mark("particles of a track, larger by weight", discs=discs)
+    if "/map/groups" in present:
+        yield Mark("group of a track, joint: bold", lines=[style.kind_colour(track) for track in range(3)])
     if "/map/leaders" in present:
         yield Mark("leader", square=(style.LEADER, 0.9))
     if "/map/neighbours" in present:

@@ -48,6 +48,7 @@ NEIGHBOUR: Rgba = (165, 175, 190, 255)
 SENSOR_COLOURS: dict[str, Rgba] = {"amplitude": (245, 179, 1, 255), "bearing": (63, 190, 235, 255)}
 UNIFORM_BELIEF = 0.02
 """Probability, over that of the most probable cell, as which cells are drawn that are all equally probable."""
+ASLEEP: Rgba = (110, 125, 210, 255)
 DEAD: Rgba = (38, 40, 46, 255)
 CRASHED: Rgba = (235, 240, 250, 255)
 ROUTE: Rgba = (105, 125, 215, 255)
@@ -98,6 +99,7 @@ _LAYERS = (
     "links",
     "routes",
     "model",
+    "groups",
     "particles",
     "targets",
     "acks",
@@ -155,5 +157,11 @@ def role_colours(roles: Sequence[str]) -> Colours:
 
 
 def kind_colour(position: int) -> Rgba:
-    """The colour of the n-th message kind that is met."""
+    """The colour of the n-th message kind that is met, and of the track and the target of a number."""
     return KIND_COLOURS[position % len(KIND_COLOURS)]
+
+
+def dim(colour: Rgba) -> Rgba:
+    """A colour half as bright."""
+    red, green, blue, opacity = colour
+    return red // 2, green // 2, blue // 2, opacity

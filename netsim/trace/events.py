@@ -304,8 +304,7 @@ class Problem:
 
     topic: ClassVar[str] = "/problem"
     kind: Text
-    """`association`, `factor-graph`, `target-distribution`, `tracking`, `energy-tracking`, `none`."""
-    """`association`, `factor-graph`, `target-distribution`, `tracking`, `event-association`, `none`."""
+    """`association`, `event-association`, `factor-graph`, `target-distribution`, `tracking`, `energy-tracking`, `none`."""
     content_json: Text
 
 
@@ -495,6 +494,21 @@ class Particles:
 
 
 @dataclass(frozen=True, slots=True)
+class Group:
+    """Who took part in a measurement of a group of sensors around the targets of some tracks."""
+
+    topic: ClassVar[str] = "/groups"
+    node: U32
+    """Its leader."""
+    step: U32
+    """Number of the tracks' measurement instant."""
+    target: U32Array
+    """Numbers of the tracks, as in `Estimate.target`; several in a joint group."""
+    member: U32Array
+    """Whose readings the leader used, its own among them if it took one."""
+
+
+@dataclass(frozen=True, slots=True)
 class Handoff:
     """A leader chose the next leader of a track and begins to hand the belief over."""
 
@@ -583,6 +597,7 @@ Event = (
     | Identity
     | Belief
     | Particles
+    | Group
     | Handoff
     | Role
     | AlgorithmRecord
