@@ -36,6 +36,7 @@ MAY_IMPORT = {
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
     "calibrate": {"kernels", "models"},
     "replay": {"trace", "flow.rounds", "flow.layout"},
+    "export": {"trace", "flow.rounds", "flow.layout"},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
     "scenario": EVERYTHING,

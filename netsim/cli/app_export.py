@@ -1,0 +1,63 @@
+"""The command `netsim export` and its options."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from netsim.cli.options import Debug, Trace
+
+_OUTPUTS = "Outputs"
+_PART = "Which part"
+
+
+def export(
+    trace: Trace,
+    pcap: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="F.pcap",
+            help="Capture for Wireshark: every frame as IEEE 802.15.4 with its received power.",
+            rich_help_panel=_OUTPUTS,
+        ),
+    ] = None,
+    pcap_node: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NODE",
+            help="Capture at this node (id or name): what it sent or decoded, with the power it received.",
+            show_default="a sniffer that hears every frame once",
+            rich_help_panel=_OUTPUTS,
+        ),
+    ] = None,
+    start: Annotated[
+        float, typer.Option(help="Export from here (simulated seconds).", min=0, rich_help_panel=_PART)
+    ] = 0.0,
+    end: Annotated[
+        float | None, typer.Option(help="Export what is before this (simulated seconds).", rich_help_panel=_PART)
+    ] = None,
+    kinds: Annotated[
+        str | None,
+        typer.Option(help="Only frames and messages of these kinds, separated by commas.", rich_help_panel=_PART),
+    ] = None,
+    nodes: Annotated[
+        str | None,
+        typer.Option(
+            help="Only these nodes (ids or names, separated by commas) and their traffic.", rich_help_panel=_PART
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier exports of these names.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Export a run for other programs.
+
+    Several outputs may be asked for at once. For example:
+
+      netsim export runs/quickstart --pcap q.pcap
+
+    An output appears under its name when it is whole; one that exists is refused without --force. Of a trace that was cut
+    short the part that is there is exported, after a warning. docs/export.md says what each output holds and how to open it.
+    """
+    from netsim.cli.export import Wanted, export_command
+
+    export_command(trace, {"pcap": pcap}, Wanted(start, end, kinds, nodes, pcap_node), force=force)
