@@ -143,7 +143,7 @@ def psdu(frame: Frame, sequence: int, acknowledges: bool) -> bytes:
     to_all = frame.destination == BROADCAST
     destination = BROADCAST_ADDRESS if to_all else frame.destination
     if frame.is_ack or frame.size_byte < DATA_OVERHEAD_BYTE:
-        msg = f"frame {frame.frame_id}: {frame.size_byte} bytes are no frame of IEEE 802.15.4, so it cannot go into a capture"
+        msg = f"frame {frame.frame_id}: {frame.size_byte} bytes are no frame of IEEE 802.15.4: it cannot be captured"
         raise TraceError(msg)
     if frame.source > MAX_ADDRESS or (not to_all and destination > MAX_ADDRESS):
         msg = f"frame {frame.frame_id}: its nodes {frame.source}, {destination} have no 16-bit address"

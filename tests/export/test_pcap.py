@@ -3,10 +3,11 @@
 import shutil
 import subprocess
 from collections import defaultdict
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from export.captures import Captured, read_capture
+from captures import Captured, read_capture
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -180,7 +181,7 @@ def test_numbers_are_those_of_the_mac(
         told[event.destination if event.is_ack else event.source].append((number, true[event.frame_id]))
     assert sum(map(len, told.values())) > 50
     for pairs in told.values():
-        for (number, sequence), (next_number, next_sequence) in zip(pairs, pairs[1:], strict=False):
+        for (number, sequence), (next_number, next_sequence) in pairwise(pairs):
             assert (number == next_number) == (sequence == next_sequence)
 
 
