@@ -30,6 +30,20 @@ def export(
             rich_help_panel=_OUTPUTS,
         ),
     ] = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Tables as CSV: frames, receptions, messages, energy, ...", rich_help_panel=_OUTPUTS
+        ),
+    ] = None,
+    parquet: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="The same tables as Parquet: smaller, with types and meanings.",
+            rich_help_panel=_OUTPUTS,
+        ),
+    ] = None,
     start: Annotated[
         float, typer.Option(help="Export from here (simulated seconds).", min=0, rich_help_panel=_PART)
     ] = 0.0,
@@ -60,4 +74,5 @@ def export(
     """
     from netsim.cli.export import Wanted, export_command
 
-    export_command(trace, {"pcap": pcap}, Wanted(start, end, kinds, nodes, pcap_node), force=force)
+    outputs = {"pcap": pcap, "csv": csv, "parquet": parquet}
+    export_command(trace, outputs, Wanted(start, end, kinds, nodes, pcap_node), force=force)

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -98,7 +98,8 @@ def _writer(name: str, place: Place, job: Job) -> Iterator[_Writer]:
         try:
             yield _Writer(place, sink)
         except BaseException:
-            sink.abort()
+            with suppress(Exception):  # what failed first is what is told
+                sink.abort()
             raise
     finally:
         place.discard()

@@ -39,5 +39,7 @@ class Format:
 
 FORMATS: dict[str, Format] = {
     "pcap": Format("pcap", "Capture", ".pcap"),
+    "csv": Format("csv_tables", "csv_tables", ".csv", is_folder=True),
+    "parquet": Format("parquet_tables", "parquet_tables", ".parquet", is_folder=True),
 }
 """By the name of the option."""

@@ -14,7 +14,7 @@ from netsim.trace.events import NodeTable
 from netsim.trace.reader import read_trace, trace_attachments
 
 _SCENARIO_FILE = "scenario.yaml"
-_IEEE_802_15_4_RADIOS = {"CC2420", "CC2538", "nRF52840"}
+_IEEE_802_15_4_RADIOS = {"cc2420", "cc2538", "nrf52840"}
 _LOWEST_CHANNEL, _HIGHEST_CHANNEL = 11, 26
 _CHANNEL_11_HZ, _CHANNEL_SPACING_HZ = 2.405e9, 5e6
 
@@ -36,7 +36,7 @@ class Setting:
     @property
     def other_radios(self) -> list[str]:
         """The radios that are not of IEEE 802.15.4 at 2.4 GHz."""
-        return [name for name in self.radios if name not in _IEEE_802_15_4_RADIOS]
+        return [name for name in self.radios if name.lower() not in _IEEE_802_15_4_RADIOS]
 
     @property
     def is_ideal(self) -> bool:
