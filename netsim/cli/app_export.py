@@ -44,6 +44,14 @@ def export(
             rich_help_panel=_OUTPUTS,
         ),
     ] = None,
+    foxglove: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="F.mcap",
+            help="Scene for Foxglove or Lichtblick: map, messages, beliefs, log, figures; needs netsim[foxglove].",
+            rich_help_panel=_OUTPUTS,
+        ),
+    ] = None,
     start: Annotated[
         float, typer.Option(help="Export from here (simulated seconds).", min=0, rich_help_panel=_PART)
     ] = 0.0,
@@ -74,5 +82,5 @@ def export(
     """
     from netsim.cli.export import Wanted, export_command
 
-    outputs = {"pcap": pcap, "csv": csv, "parquet": parquet}
+    outputs = {"pcap": pcap, "csv": csv, "parquet": parquet, "foxglove": foxglove}
     export_command(trace, outputs, Wanted(start, end, kinds, nodes, pcap_node), force=force)

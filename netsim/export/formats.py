@@ -3,8 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
+from netsim.errors import NetsimError
 from netsim.export.job import Job, Sink
 
 Make = Callable[[Path, Job], Sink]
@@ -20,12 +22,16 @@ class Format:
         maker: What in the module opens an output, a `Make`.
         ending: How the name of the file, or of the files in the folder, ends.
         is_folder: Whether the output is a folder.
+        needs: A package that is no part of netsim's own dependencies.
+        extra: The extra of netsim that brings it.
     """
 
     module: str
     maker: str
     ending: str
     is_folder: bool = False
+    needs: str = ""
+    extra: str = ""
 
     def load(self) -> Make:
         """What opens an output of this format.
@@ -33,6 +39,11 @@ class Format:
         Raises:
             NetsimError: If a library is missing that the format needs.
         """
+        if self.needs and find_spec(self.needs) is None:
+            msg = (
+                f"the package {self.needs.replace('_', '-')} is missing; install it: pip install 'netsim[{self.extra}]'"
+            )
+            raise NetsimError(msg)
         make: Make = getattr(import_module(f"netsim.export.{self.module}"), self.maker)
         return make
 
@@ -41,5 +52,6 @@ FORMATS: dict[str, Format] = {
     "pcap": Format("pcap", "Capture", ".pcap"),
     "csv": Format("csv_tables", "csv_tables", ".csv", is_folder=True),
     "parquet": Format("parquet_tables", "parquet_tables", ".parquet", is_folder=True),
+    "foxglove": Format("foxglove.sink", "FoxgloveScene", ".mcap", needs="foxglove_schemas_protobuf", extra="foxglove"),
 }
 """By the name of the option."""
