@@ -1,6 +1,6 @@
-"""The nodes, coloured by the energy they have left and ringed by their role; the field and the links under them."""
+"""The nodes, coloured by the energy they have left, leaders on a white disk; the field and the links under them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
@@ -21,14 +21,14 @@ from netsim.trace.events import (
 )
 from netsim.trace.recorder import Handler
 
-TOPIC, FIELD_TOPIC, LINKS_TOPIC = "/scene/nodes", "/scene/field", "/scene/links"
+TOPIC, LEADERS_TOPIC, FIELD_TOPIC, LINKS_TOPIC = "/scene/nodes", "/scene/leaders", "/scene/field", "/scene/links"
 _STEPS = 50
 """Colours between full and empty: nodes are drawn anew only when one changes its colour."""
 _LEAST_PRR = 0.1
 _DOWN: Mapping[str, Rgba] = {"died": style.DEAD, "failed": style.CRASHED, "crashed": style.CRASHED}
 
-Look = tuple[Place, tuple[int, ...], bool]
-"""Of a node: where it is, its colour, whether it leads."""
+Look = tuple[Place, Rgba]
+"""Of a node: where it is, its colour."""
 
 
 class Nodes:
@@ -40,7 +40,8 @@ class Nodes:
         ids = list(map(int, nodes.node))
         self._full_j = dict(zip(ids, map(float, nodes.battery_j), strict=True))
         self._base: dict[int, Rgba] = dict(zip(ids, map(tuple, style.role_colours(nodes.role).tolist()), strict=True))
-        self._share = dict.fromkeys(ids, 1.0)
+        self._share = dict.fromkeys(ids, _STEPS)
+        self._colours: list[Rgba] = list(map(tuple, style.energy_colours(np.linspace(0.0, 1.0, _STEPS + 1)).tolist()))
         self._down: dict[int, Rgba] = {}
         self._leads: set[int] = set()
         self._shown: dict[int, Look] = {}
@@ -48,7 +49,7 @@ class Nodes:
     def handlers(self) -> Mapping[type[Event], Handler]:
         """What changes how a node looks."""
         return {
-            NodeTable: lambda event, time_ns: self._draw(time_ns),
+            NodeTable: self._on_start,
             NodePositions: self._on_positions,
             NodeEnergy: self._on_energy,
             NodeLife: self._on_life,
@@ -57,51 +58,54 @@ class Nodes:
             LinkTable: self._on_links,
         }
 
+    def _on_start(self, event: NodeTable, time_ns: int) -> None:
+        self._see(self._share, time_ns)
+        if self._leads:
+            self._draw_leaders(time_ns)
+
     def _on_positions(self, event: NodePositions, time_ns: int) -> None:
         self._stage.move(event)
-        self._draw(time_ns)
+        self._see(map(int, event.node), time_ns)
+        if self._leads & set(map(int, event.node)):
+            self._draw_leaders(time_ns)
 
     def _on_energy(self, event: NodeEnergy, time_ns: int) -> None:
         for node, left_j in zip(map(int, event.node), map(float, event.left_j), strict=True):
             full_j = self._full_j.get(node, np.inf)
             if 0.0 < full_j < np.inf:
-                self._share[node] = round(_STEPS * left_j / full_j) / _STEPS
-        self._draw(time_ns)
+                self._share[node] = round(_STEPS * min(max(left_j / full_j, 0.0), 1.0))
+        self._see(map(int, event.node), time_ns)
 
     def _on_life(self, event: NodeLife, time_ns: int) -> None:
         if event.event in _DOWN:
             self._down[event.node] = _DOWN[event.event]
         elif event.event in ("started", "rebooted"):
             self._down.pop(event.node, None)
-        self._draw(time_ns)
+        self._see([event.node], time_ns)
 
     def _on_role(self, event: Role, time_ns: int) -> None:
         if event.role == "leader":
             (self._leads.add if event.holds else self._leads.discard)(event.node)
-            self._draw(time_ns)
+            self._draw_leaders(time_ns)
 
-    def _draw(self, time_ns: int) -> None:
-        """Show the nodes, if that shows anything new."""
+    def _see(self, nodes: Iterable[int], time_ns: int) -> None:
+        """Something happened to these nodes: show all if one of them looks otherwise now."""
+        looks = {node: self._look(node) for node in nodes if node in self._share}
+        if self._stage.is_past or all(self._shown.get(node) == look for node, look in looks.items()):
+            return
+        self._shown |= looks
         now_ns = self._stage.now_ns(time_ns)
-        if self._stage.is_past:
-            return
-        looks = {node: self._look(node) for node in self._share}
-        if looks == self._shown:
-            return
-        self._shown = looks
         update = SceneUpdate(entities=(self._entity(node, now_ns) for node in self._share))
         self._stage.show(TOPIC, update, now_ns)
 
     def _look(self, node: int) -> Look:
-        return self._stage.places[node], tuple(self._colour(node)), node in self._leads
+        return self._stage.places[node], self._colour(node)
 
     def _colour(self, node: int) -> Rgba:
         if node in self._down:
             return self._down[node]
-        if not 0.0 < self._full_j[node] < np.inf:
-            return self._base[node]
-        found: list[int] = style.energy_colours(np.array([self._share[node]]))[0].tolist()
-        return tuple(found)
+        has_battery = 0.0 < self._full_j[node] < np.inf
+        return self._colours[self._share[node]] if has_battery else self._base[node]
 
     def _entity(self, node: int, now_ns: int) -> SceneEntity:
         place, unit_m, name = self._stage.places[node], self._stage.unit_m, self._stage.name(node)
@@ -109,9 +113,16 @@ class Nodes:
         made.spheres.append(sphere(place, 0.0, 2.0 * unit_m, self._colour(node)))
         label = (place[0], place[1] - 1.6 * unit_m)
         made.texts.append(text(label, unit_m, unit_m, style.LABEL, name))
-        if node in self._leads:
-            made.cylinders.append(disk(place, -unit_m, (3.2 * unit_m, 3.2 * unit_m, 0.1 * unit_m), style.LEADER))
         return made
+
+    def _draw_leaders(self, time_ns: int) -> None:
+        """A disk under each leader, all in one entity: whoever leads no more is gone with the next one."""
+        now_ns, unit_m = self._stage.now_ns(time_ns), self._stage.unit_m
+        made = entity("leaders", now_ns)
+        size_m = (3.2 * unit_m, 3.2 * unit_m, 0.1 * unit_m)
+        for node in sorted(self._leads & self._stage.places.keys()):
+            made.cylinders.append(disk(self._stage.places[node], -unit_m, size_m, style.LEADER))
+        self._stage.show(LEADERS_TOPIC, SceneUpdate(entities=[made]), now_ns)
 
     def _on_field(self, event: FieldInfo, time_ns: int) -> None:
         left_m, low_m = event.x_m, event.y_m
