@@ -1,5 +1,6 @@
 """From a trace to what other programs read: captures for Wireshark, tables, scenes for Foxglove."""
 
+import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -7,13 +8,13 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from netsim.errors import NetsimError
+from netsim.errors import NetsimError, ScenarioError, TraceError
 from netsim.export.formats import FORMATS
 from netsim.export.job import ExportWarning, Job, Sink
 from netsim.export.places import Place
 from netsim.export.selection import TOLD_AT_START, Selection
 from netsim.trace.events import Event
-from netsim.trace.reader import last_time_ns, read_trace
+from netsim.trace.reader import TruncatedTraceWarning, last_time_ns, read_trace, trace_metadata
 from netsim.trace.recorder import Handler
 
 __all__ = ["FORMATS", "ExportWarning", "Job", "Selection", "check_outputs", "export"]
@@ -21,6 +22,7 @@ __all__ = ["FORMATS", "ExportWarning", "Job", "Selection", "check_outputs", "exp
 Progress = Callable[[int, int], None]
 """Called now and then with the time of the event at hand, and of the last one, in nanoseconds."""
 
+TRACE_ENDING = ".mcap"
 _LOOK_EVERY = 1024
 
 
@@ -37,6 +39,7 @@ def check_outputs(outputs: Mapping[str, Path], *, force: bool = False) -> None:
     """
     for name, place in _places(outputs).items():
         place.check(force=force)
+        _spare_traces(place)
         FORMATS[name].load()
 
 
@@ -75,6 +78,15 @@ def export(
                 writer.place.commit()
 
 
+def _spare_traces(place: Place) -> None:
+    """An export may be replaced, a trace never."""
+    if place.path.is_file() and place.ending == TRACE_ENDING:
+        with suppress(TraceError):
+            trace_metadata(place.path)
+            msg = f"{place.option} {place.path}: expected the name of an export, got a trace, which would be lost"
+            raise ScenarioError(msg)
+
+
 @dataclass(frozen=True, slots=True)
 class _Writer:
     place: Place
@@ -93,7 +105,7 @@ def _writer(name: str, place: Place, job: Job) -> Iterator[_Writer]:
     """An output that is being written; what is not committed by the end is taken back."""
     make = FORMATS[name].load()
     try:
-        with _blame(place):
+        with _blame(place), _told_later():
             sink = make(place.begin(), job)
         try:
             yield _Writer(place, sink)
@@ -138,5 +150,14 @@ def _events(job: Job, topics: set[str]) -> Iterator[tuple[int, Event]]:
     window = read_trace(job.trace, topics, job.selection.start_ns, job.selection.end_ns)
     if job.selection.start_ns == 0:
         return window
-    start = topics & {each.topic for each in TOLD_AT_START}
-    return chain(read_trace(job.trace, start, 0, 1), window)
+    with _told_later():
+        start = list(read_trace(job.trace, topics & {each.topic for each in TOLD_AT_START}, 0, 1))
+    return chain(start, window)
+
+
+@contextmanager
+def _told_later() -> Iterator[None]:
+    """That a trace was cut short is told once, when all of it is read."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TruncatedTraceWarning)
+        yield

@@ -10,17 +10,19 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from netsim.export import Job, Selection, export
 from netsim.export.arrow import gathered, schema_of, table_of, type_of
+from netsim.export.sheet_document import markdown_tables
 from netsim.export.sheet_list import SHEETS
 from netsim.trace import events as e
 from netsim.trace.cdr import wire_types
 from netsim.trace.events import BROADCAST, EVENT_TYPES, OUTCOME_CODE, Event
 from netsim.trace.writer import Attachment, TraceWriter
 
+DOCUMENT = Path(__file__).parents[2] / "docs" / "export.md"
 NS = 1_000_000_001
 RECEIVED, COLLIDED = OUTCOME_CODE["received"], OUTCOME_CODE["collided"]
 ROWS: list[tuple[int, Event]] = [
@@ -165,6 +167,7 @@ def example(event_type: type[Event], count: int) -> Event:
     return event_type(**made)
 
 
+@settings(max_examples=20)
 @given(st.lists(st.integers(0, 3), min_size=1, max_size=4))
 def test_an_event_is_as_many_rows_as_it_holds(counts: list[int]) -> None:
     for sheet in SHEETS:
@@ -208,3 +211,7 @@ def test_wire_types_become_arrow_types() -> None:
         "string",
     ]
     assert np.dtype("uint32").itemsize == 4
+
+
+def test_the_document_lists_all_tables() -> None:
+    assert markdown_tables() in DOCUMENT.read_text(encoding="utf-8"), "write it anew: python tools/document_export.py"
