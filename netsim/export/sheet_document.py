@@ -24,5 +24,6 @@ def _lines() -> Iterator[str]:
 def _section(name: str, title: str, columns: list[tuple[str, str, str]]) -> Iterator[str]:
     yield from (f"### {name}", "", title, "", "| column | type | meaning |", "| --- | --- | --- |")
     for column, wire, meaning in columns:
-        yield f"| `{column}` | {wire} | {meaning.replace('|', '/').rstrip('.')} |"
+        told = meaning if meaning.endswith("...") else meaning.removesuffix(".")
+        yield f"| `{column}` | {wire} | {told.replace('|', '/')} |"
     yield ""

@@ -7,6 +7,7 @@ import numpy as np
 from netsim.export.sheets import Sheet, computed, each, eaches, one, ones, place_of
 from netsim.trace import events as e
 
+_DECIDED = "Number of the target it came from; -1 for a false alarm"
 _LEVELS = ("", "debug", "info", "warning", "error")
 
 
@@ -34,9 +35,15 @@ _SCENE = (
         *eaches(e.NodeTable, "node", "name", "group", "role", "x_m", "y_m", "radio", "cpu", "battery_j"),
     )),
     Sheet("links", "An ordered pair of nodes that can hear each other, at the start", e.LinkTable, (
-        *eaches(e.LinkTable, "source", "destination", "gain_db", "prr"),
+        *eaches(e.LinkTable, "source"),
+        each(e.LinkTable, "destination", meaning="Node id of the listener"),
+        *eaches(e.LinkTable, "gain_db", "prr"),
     )),
-    Sheet("field", "The field", e.FieldInfo, ones(e.FieldInfo, "width_m", "height_m", "x_m", "y_m")),
+    Sheet("field", "The field", e.FieldInfo, (
+        *ones(e.FieldInfo, "width_m", "height_m"),
+        one(e.FieldInfo, "x_m", meaning="West end in metres"),
+        one(e.FieldInfo, "y_m", meaning="South end in metres"),
+    )),
     Sheet("node_positions", "Where a node that moves is", e.NodePositions, (
         *eaches(e.NodePositions, "node", "x_m", "y_m"),
     ), "row"),
@@ -44,7 +51,9 @@ _SCENE = (
 
 _TRAFFIC = (
     Sheet("frames", "A transmission on the air, recorded at its end", e.Frame, (
-        *ones(e.Frame, "frame_id", "t_start_ns", "t_end_ns", "source", "destination", "kind"),
+        *ones(e.Frame, "frame_id", "t_start_ns", "t_end_ns", "source"),
+        one(e.Frame, "destination", meaning=f"Node id of the next hop; {e.BROADCAST} stands for all in reach"),
+        one(e.Frame, "kind"),
         one(e.Frame, "is_ack", is_flag=True, meaning="Whether it is an acknowledgement"),
         *ones(e.Frame, "size_byte", "attempt", "message_id", "tx_power_dbm"),
         one(e.Frame, "is_strobe", is_flag=True, meaning="Whether it is a wake-up frame: it carries nothing of the message"),
@@ -70,12 +79,16 @@ _TRAFFIC = (
         *ones(e.MessageDelivered, "kind", "size_byte", "hops", "latency_ns"),
     ), "message"),
     Sheet("messages_dropped", "A message, or a fragment of one, that was given up", e.MessageDropped, (
-        *ones(e.MessageDropped, "message_id", "source", "destination", "node", "kind", "reason"),
+        one(e.MessageDropped, "message_id", meaning="Number of the message; 0 for what belongs to none, such as beacons"),
+        *ones(e.MessageDropped, "source", "destination"),
+        one(e.MessageDropped, "node", meaning="Node id of the node that gave it up"),
+        *ones(e.MessageDropped, "kind", "reason"),
     ), "message"),
     Sheet("route_changes", "A node's choice of another next hop", e.RouteChange, (
         one(e.RouteChange, "node"),
         one(e.RouteChange, "destination", meaning="Node id of the end of the way"),
-        *ones(e.RouteChange, "next_hop", "cost"),
+        one(e.RouteChange, "next_hop", meaning=f"Node id of the next hop; {e.BROADCAST} where there is none any more"),
+        one(e.RouteChange, "cost"),
     ), "node"),
 )  # fmt: skip
 
@@ -88,20 +101,24 @@ _DEVICES = (
         *ones(e.NodeLife, "node", "event", "reason"),
     ), "node"),
     Sheet("node_energy", "Energy of a node at an instant", e.NodeEnergy, (
-        *eaches(e.NodeEnergy, "node", "consumed_j", "left_j"),
+        *eaches(e.NodeEnergy, "node", "consumed_j"),
+        each(e.NodeEnergy, "left_j", meaning="Energy left, in joules; infinity for mains power"),
     ), "row"),
     Sheet("energy_ledger", "Where a node's joules went, told at the end", e.EnergyLedger, (
         *eaches(e.EnergyLedger, "node", "device", "state", "kind", "energy_j"),
         each(e.EnergyLedger, "time_s", "time_in_state_s"),
     ), "row"),
     Sheet("energy_harvest", "What a node's harvester brought, told at the end", e.EnergyHarvest, (
-        *eaches(e.EnergyHarvest, "node", "offered_j", "spilled_j"),
+        each(e.EnergyHarvest, "node"),
+        each(e.EnergyHarvest, "offered_j", meaning="What arrived at the battery, in joules"),
+        each(e.EnergyHarvest, "spilled_j", meaning="Of that, what found it full, in joules"),
     ), "row"),
     Sheet("energy_budgets", "What happened to an energy allowance", e.EnergyBudget, (
         *ones(e.EnergyBudget, "node", "event", "task", "spent_j", "allowance_j", "action"),
     ), "node"),
     Sheet("node_clocks", "How far a node's clock is ahead of true time", e.NodeClocks, (
-        *eaches(e.NodeClocks, "node", "ahead_s"),
+        each(e.NodeClocks, "node"),
+        each(e.NodeClocks, "ahead_s", meaning="Its clock, synchronisation included, less true time, in seconds"),
     ), "row"),
     Sheet("faults", "A fault rule that begins, ends or strikes", e.Fault, (
         *ones(e.Fault, "rule", "kind", "event", "detail"),
@@ -114,7 +131,10 @@ _DEVICES = (
 )  # fmt: skip
 
 _MODEL = (
-    Sheet("problem", "The problem instance", e.Problem, ones(e.Problem, "kind", "content_json")),
+    Sheet("problem", "The problem instance", e.Problem, (
+        one(e.Problem, "kind", meaning="Kind of the problem, such as `association` or `tracking`"),
+        one(e.Problem, "content_json"),
+    )),
     Sheet("variables", "A variable of the graphical model and its host", e.VariablePlacement, (
         *eaches(e.VariablePlacement, "variable", "name", "host"),
     )),
@@ -125,7 +145,7 @@ _MODEL = (
     Sheet("graph_rounds", "A round of message passing at a node", e.GraphMessages, (
         *ones(e.GraphMessages, "node", "round", "computed", "largest_change"),
         one(e.GraphMessages, "is_synchronous", is_flag=True, meaning="Whether the round is the same instant on all nodes"),
-        one(e.GraphMessages, "late_ns"),
+        one(e.GraphMessages, "late_ns", meaning="How much later than scheduled the node came to the round, in nanoseconds"),
     ), "node"),
     Sheet("graph_messages", "A message between two variables of the graphical model", e.GraphMessages, (
         *ones(e.GraphMessages, "node", "round"),
@@ -139,10 +159,13 @@ _MODEL = (
     Sheet("truth_origins", "Which target a measurement came from", e.TruthOrigins, (
         one(e.TruthOrigins, "node"),
         place_of("target", "measurement", "Place of the measurement among the node's, from 0"),
-        *eaches(e.TruthOrigins, "x_m", "y_m", "target"),
+        each(e.TruthOrigins, "x_m", meaning="Measured position in metres; NaN where the sensor does not measure one"),
+        each(e.TruthOrigins, "y_m", meaning="As `x_m`, to the north"),
+        each(e.TruthOrigins, "target", meaning=_DECIDED),
     ), "node"),
     Sheet("truth_counts", "True number of targets in a subregion", e.TruthCounts, (
-        *eaches(e.TruthCounts, "variable", "count"),
+        each(e.TruthCounts, "variable", meaning="Number of the variable that stands for the number"),
+        each(e.TruthCounts, "count"),
     )),
 )  # fmt: skip
 
@@ -150,7 +173,7 @@ _ANSWERS = (
     Sheet("associations", "A node's decision where a measurement came from", e.Association, (
         *ones(e.Association, "node", "round"),
         place_of("target", "measurement", "Place of the measurement among the node's, from 0"),
-        each(e.Association, "target"),
+        each(e.Association, "target", meaning=_DECIDED),
     ), "node"),
     Sheet("marginals", "A value of a (max-)marginal of a variable", e.Marginals, (
         *ones(e.Marginals, "node", "variable", "round"),
@@ -159,7 +182,9 @@ _ANSWERS = (
         each(e.Marginals, "probability"),
     ), "node"),
     Sheet("pair_probabilities", "How probable it is that a measurement is of an event", e.PairProbabilities, (
-        *ones(e.PairProbabilities, "node", "variable", "depth"),
+        one(e.PairProbabilities, "node"),
+        one(e.PairProbabilities, "variable", meaning="Number of the measurement among all"),
+        one(e.PairProbabilities, "depth", meaning="Levels of recursion used"),
         each(e.PairProbabilities, "event", meaning="Number of the event"),
         each(e.PairProbabilities, "probability"),
         each(e.PairProbabilities, "low", meaning="The exact probability is at least this"),
@@ -167,22 +192,24 @@ _ANSWERS = (
     ), "node"),
     Sheet("estimates", "A position estimate of a target", e.Estimate, (
         one(e.Estimate, "node"),
-        one(e.Estimate, "target", "track"),
+        one(e.Estimate, "target", "track", "Number of the track"),
         *ones(e.Estimate, "thread", "x_m", "y_m"),
         computed("covariance_xx_m2", "float64", "Variance of x; missing where unknown", _covariance(0), nullable=True),
         computed("covariance_xy_m2", "float64", "Covariance of x and y", _covariance(1), nullable=True),
         computed("covariance_yy_m2", "float64", "Variance of y", _covariance(2), nullable=True),
     ), "node"),
     Sheet("identities", "How probable a node thinks it that a track follows a target", e.Identity, (
-        *ones(e.Identity, "node", "track"),
+        one(e.Identity, "node"),
+        one(e.Identity, "track", meaning="Number of the track"),
         place_of("probability", "target", "Number of the target"),
         each(e.Identity, "probability", meaning="Probability"),
     ), "node"),
     Sheet("beliefs", "A belief on a grid; its cells are in `belief_cells`", e.Belief, (
         one(e.Belief, "node"),
         one(e.Belief, "target", "track", "Number of the track"),
-        *ones(e.Belief, "thread", "step", "origin_x_m"),
-        one(e.Belief, "origin_y_m", meaning="As `origin_x_m`, to the north"),
+        *ones(e.Belief, "thread", "step"),
+        one(e.Belief, "origin_x_m", meaning="West end of the first cell, in metres"),
+        one(e.Belief, "origin_y_m", meaning="South end of the first cell, in metres"),
         *ones(e.Belief, "cell_m", "columns"),
     ), "node"),
     Sheet("belief_cells", "A cell of a belief, with its probability", e.Belief, (

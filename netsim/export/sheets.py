@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from netsim.export.selection import Selection
 from netsim.trace.cdr import field_notes, wire_types
-from netsim.trace.events import Event
+from netsim.trace.events import BROADCAST, Event
 
 Subject = Literal["", "frame", "message", "node", "row"]
 """What a choice of nodes and message kinds applies to: nothing, the frame, the message, the event's node, each row's."""
@@ -177,5 +177,5 @@ def computed(
 
 def _meaning(event: type[Event], field: str, name: str) -> str:
     """The note under a field of an event class, or the usual meaning of the name."""
-    note = " ".join(field_notes(event).get(field, "").split())
-    return note or _COMMON[name or field]
+    note = " ".join(field_notes(event).get(field, "").split()).replace("`BROADCAST`", f"{BROADCAST}")
+    return note or _COMMON.get(name or field, (name or field).replace("_", " "))
