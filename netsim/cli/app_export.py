@@ -48,7 +48,7 @@ def export(
         Path | None,
         typer.Option(
             metavar="F.mcap",
-            help="Scene for Foxglove or Lichtblick: map, messages, beliefs, log, figures; needs netsim[foxglove].",
+            help="Scene for Foxglove or Lichtblick: map, messages, beliefs, log, figures; needs the extra `foxglove`.",
             rich_help_panel=_OUTPUTS,
         ),
     ] = None,
@@ -71,14 +71,17 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Replace earlier exports of these names.")] = False,
     debug: Debug = False,
 ) -> None:
-    """Export a run for other programs.
+    """Export a run for other programs: several outputs in one call, if you like.
 
-    Several outputs may be asked for at once. For example:
+    netsim export runs/quickstart --pcap q.pcap --csv tables
 
-      netsim export runs/quickstart --pcap q.pcap
+    netsim export runs/quickstart --foxglove q.mcap --start 2 --end 8 --nodes n04
 
-    An output appears under its name when it is whole; one that exists is refused without --force. Of a trace that was cut
-    short the part that is there is exported, after a warning. docs/export.md says what each output holds and how to open it.
+    An output appears under its name when it is whole; what exists is replaced only with --force.
+
+    Of a trace that was cut short the part that is there is exported, after a warning.
+
+    What each output holds, and how to open it: docs/export.md.
     """
     from netsim.cli.export import Wanted, export_command
 

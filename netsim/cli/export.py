@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
 
 from netsim.cli.console import say
 from netsim.cli.names import one_node
@@ -90,10 +90,13 @@ def _shown() -> Iterator[Progress]:
         TimeRemainingColumn(),
     )
     with progress_bar(*columns) as bar:
-        task = bar.add_task("export", total=None) if bar else None
+        tasks: list[TaskID] = []
 
         def progress(now_ns: int, end_ns: int) -> None:
-            if bar is not None and task is not None:
-                bar.update(task, completed=now_ns / NS_PER_S, total=end_ns / NS_PER_S)
+            if bar is None:
+                return
+            if not tasks:
+                tasks.append(bar.add_task("export", total=end_ns / NS_PER_S))
+            bar.update(tasks[0], completed=now_ns / NS_PER_S)
 
         yield progress

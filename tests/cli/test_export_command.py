@@ -1,5 +1,6 @@
 """`netsim export`: several outputs at once, what is refused, what is left after a failure, a trace that was cut short."""
 
+import io
 import resource
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 from in_process import netsim as run_netsim
+from rich.console import Console
 
 import netsim
 from netsim.export import FORMATS, Job, Selection, export
@@ -112,6 +114,17 @@ def test_ctrl_c_leaves_nothing(run: Path, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         export(Job(trace=run / "trace.mcap"), places(tmp_path), progress=stop)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_terminal_shows_how_far_it_is(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Console(file=io.StringIO(), force_terminal=True, width=100)
+    monkeypatch.setattr("netsim.cli.watching.is_terminal", lambda: True)
+    monkeypatch.setattr("netsim.cli.watching.err", screen)
+    done = run_netsim("export", run, "--pcap", tmp_path / "x.pcap")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert isinstance(screen.file, io.StringIO)
+    assert "exporting" in screen.file.getvalue()
+    assert "of 6 s" in screen.file.getvalue()
 
 
 @contextmanager
