@@ -11,8 +11,10 @@ from pathlib import Path
 from netsim.errors import NetsimError, ScenarioError, TraceError
 from netsim.export.formats import FORMATS
 from netsim.export.job import ExportWarning, Job, Sink
+from netsim.export.metric_table import NAME as METRIC_TABLE
 from netsim.export.places import Place
 from netsim.export.selection import TOLD_AT_START, Selection
+from netsim.export.sheet_list import SHEETS
 from netsim.trace.events import Event
 from netsim.trace.reader import TruncatedTraceWarning, last_time_ns, read_trace, trace_metadata
 from netsim.trace.recorder import Handler
@@ -94,10 +96,11 @@ class _Writer:
 
 
 def _places(outputs: Mapping[str, Path]) -> dict[str, Place]:
+    tables = {sheet.name for sheet in SHEETS} | {METRIC_TABLE}
     formats = {name: FORMATS[name] for name in outputs}
     return {
-        name: Place(f"--{name}", outputs[name], each.ending, each.is_folder) for name, each in formats.items()
-    }  # fmt: skip
+        name: Place(f"--{name}", outputs[name], each.ending, each.is_folder, tables) for name, each in formats.items()
+    }
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """Where an export goes: under a temporary name while it is being written, under its own name only when it is whole."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +9,6 @@ from pathlib import Path
 from netsim.errors import ScenarioError
 
 _PARTIAL = ".partial"
-_OLD = ".old"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,17 +20,20 @@ class Place:
         path: Its own name.
         ending: How the name of the file, or of the files in the folder, ends.
         is_folder: Whether it is a folder.
+        names: What the files in the folder may be called, without ending.
     """
 
     option: str
     path: Path
     ending: str
     is_folder: bool
+    names: Collection[str] = ()
 
     @property
     def partial(self) -> Path:
-        """Its name while it is being written."""
-        return self.path.with_name(self.path.name + _PARTIAL)
+        """Its name while it is being written; beside its own, also where that is a link, or `.`."""
+        real = self.path.resolve()
+        return real.with_name(real.name + _PARTIAL)
 
     def check(self, *, force: bool) -> None:
         """Refuse a place that cannot or must not be written, before any work is done for it.
@@ -59,15 +61,18 @@ class Place:
         return self.partial
 
     def commit(self) -> None:
-        """Give what was written its own name, in place of what was there."""
-        if not self.is_folder or not self.path.exists():
-            self.partial.replace(self.path)
+        """Give what was written its own name, in place of what was there; a folder that exists stays, with new files."""
+        real = self.path.resolve()
+        if not self.is_folder or not real.exists():
+            self.partial.replace(real)
             return
-        old = self.path.with_name(self.path.name + _OLD)
-        _remove(old)
-        self.path.replace(old)
-        self.partial.replace(self.path)
-        _remove(old)
+        names = {path.name for path in self.partial.iterdir()}
+        for name in sorted(names):
+            (self.partial / name).replace(real / name)
+        for path in real.iterdir():
+            if path.name not in names:
+                path.unlink()
+        self.partial.rmdir()
 
     def discard(self) -> None:
         """Take back what was written."""
@@ -78,10 +83,10 @@ class Place:
         present = list(self.path.iterdir()) if self.path.exists() else []
         if present and not force:
             self._refuse("expected a new or empty folder", "one with files; name another, or replace them (--force)")
-        foreign = [path.name for path in present if path.suffix != self.ending or path.is_dir()]
+        foreign = [path.name for path in present if path.suffix != self.ending or path.stem not in self.names]
         if foreign:
-            found = f"one with {foreign[0]}, which is no earlier export; name another"
-            self._refuse(f"expected a folder with nothing but {self.ending} files", found)
+            found = f"one with {foreign[0]}; name another"
+            self._refuse("expected a folder with nothing but an earlier export", found)
 
     def _refuse(self, expected: str, got: str) -> None:
         message = f"{self.option} {self.path}: {expected}, got {got}"

@@ -65,7 +65,8 @@ REFUSED = {
     "ending": (["--pcap", "x.cap"], "expected the name of a file that ends in .pcap, got x.cap"),
     "folder missing": (["--pcap", "none/x.pcap"], "expected a folder that exists, got none; make it"),
     "file for a folder": (["--csv", "file.csv"], "expected a folder, got something else of this name"),
-    "foreign files": (["--csv", "mixed", "--force"], "got one with notes.txt, which is no earlier export"),
+    "foreign files": (["--csv", "mixed", "--force"], "nothing but an earlier export, got one with notes.txt"),
+    "foreign tables": (["--csv", "tables", "--force"], "nothing but an earlier export, got one with mine.csv"),
     "not empty": (["--csv", "mixed"], "expected a new or empty folder, got one with files"),
     "same place twice": (["--csv", "a", "--parquet", "a"], "got the same one twice"),
     "node without capture": (["--csv", "a", "--pcap-node", "n01"], "--pcap-node: expected --pcap as well"),
@@ -83,6 +84,8 @@ def test_what_is_refused(run: Path, tmp_path: Path, case: str) -> None:
     (tmp_path / "file.csv").write_text("mine")
     (tmp_path / "mixed").mkdir()
     (tmp_path / "mixed" / "notes.txt").write_text("mine")
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "tables" / "mine.csv").write_text("mine")
     before = sorted(tmp_path.rglob("*"))
     arguments, expected = REFUSED[case]
     done = run_netsim("export", run, *arguments, cwd=tmp_path)
@@ -90,6 +93,17 @@ def test_what_is_refused(run: Path, tmp_path: Path, case: str) -> None:
     assert expected in done.stderr
     assert done.stderr.count("\n") == 1
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_into_the_folder_where_one_is_and_through_links(run: Path, tmp_path: Path) -> None:
+    here, linked = tmp_path / "here", tmp_path / "linked"
+    here.mkdir()
+    linked.symlink_to(here)
+    assert run_netsim("export", run, "--csv", ".", cwd=here).returncode == 0
+    assert (here / "frames.csv").exists()
+    assert run_netsim("export", run, "--csv", linked, "--force").returncode == 0
+    assert linked.is_symlink()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["here", "linked"]
 
 
 def test_a_trace_is_never_replaced(run: Path) -> None:

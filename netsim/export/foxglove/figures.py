@@ -56,7 +56,7 @@ class Figures:
         content = trace_attachments(self._stage.job.trace).get(METRICS_FILE)
         if content is not None:
             end_ns = max(self._last_ns, self._stage.job.selection.start_ns)
-            self._stage.tell(METRICS_TOPIC, "netsim.Metrics", {}, json.loads(content), end_ns)
+            self._stage.tell(METRICS_TOPIC, "netsim.Metrics", {}, _finite(content), end_ns)
 
     def _on_energy(self, event: NodeEnergy, time_ns: int) -> None:
         self._pass(time_ns)
@@ -116,6 +116,11 @@ class Traffic:
             "outcomes": {OUTCOMES[code]: count for code, count in sorted(self._outcomes.items())},
             "kinds": dict(sorted(self._kinds.items())),
         }
+
+
+def _finite(content: bytes) -> Any:
+    """Figures without what JSON, as viewers read it, has no number for."""
+    return json.loads(content, parse_constant=lambda word: None)
 
 
 def _node_energy(stage: Stage, node: int, consumed_j: float, left_j: float) -> dict[str, Any]:
