@@ -16,13 +16,6 @@ from netsim.export import FORMATS, Job, Progress, Selection, check_outputs, expo
 from netsim.replay import ReplayOptions, check_window, node_ids
 from netsim.units import NS_PER_S, s_to_ns
 
-_OPEN_WITH = {
-    "pcap": "open it with: wireshark {path}",
-    "csv": "read it with: pandas.read_csv('{path}/frames.csv')",
-    "parquet": "read it with: pandas.read_parquet('{path}/frames.parquet')",
-    "foxglove": "open it in Foxglove or Lichtblick; 3D panel, display frame `map`",
-}
-
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
@@ -53,7 +46,7 @@ def export_command(given: Path, outputs: Mapping[str, Path | None], wanted: Want
     with _shown() as progress:
         export(job, chosen, force=force, progress=progress)
     for name, path in chosen.items():
-        say(f"wrote {path}; {_OPEN_WITH[name].format(path=path)}")
+        say(f"wrote {path}; {FORMATS[name].opening.format(path=path)}")
 
 
 def _check(chosen: Mapping[str, Path], wanted: Wanted) -> None:

@@ -21,6 +21,7 @@ class Format:
         module: Module of `netsim.export` that writes it.
         maker: What in the module opens an output, a `Make`.
         ending: How the name of the file, or of the files in the folder, ends.
+        opening: How to open the output, with `{path}` for its name.
         is_folder: Whether the output is a folder.
         needs: A package that is no part of netsim's own dependencies.
         extra: The extra of netsim that brings it.
@@ -29,6 +30,7 @@ class Format:
     module: str
     maker: str
     ending: str
+    opening: str
     is_folder: bool = False
     needs: str = ""
     extra: str = ""
@@ -49,9 +51,24 @@ class Format:
 
 
 FORMATS: dict[str, Format] = {
-    "pcap": Format("pcap", "Capture", ".pcap"),
-    "csv": Format("csv_tables", "csv_tables", ".csv", is_folder=True),
-    "parquet": Format("parquet_tables", "parquet_tables", ".parquet", is_folder=True),
-    "foxglove": Format("foxglove.sink", "FoxgloveScene", ".mcap", needs="foxglove_schemas_protobuf", extra="foxglove"),
+    "pcap": Format("pcap", "Capture", ".pcap", "open it with: wireshark {path}"),
+    "csv": Format(
+        "csv_tables", "csv_tables", ".csv", "read it with: pandas.read_csv('{path}/frames.csv')", is_folder=True
+    ),
+    "parquet": Format(
+        "parquet_tables",
+        "parquet_tables",
+        ".parquet",
+        "read it with: pandas.read_parquet('{path}/frames.parquet')",
+        is_folder=True,
+    ),
+    "foxglove": Format(
+        "foxglove.sink",
+        "FoxgloveScene",
+        ".mcap",
+        "open it in Foxglove or Lichtblick: 3D panel, display frame `map`",
+        needs="foxglove_schemas_protobuf",
+        extra="foxglove",
+    ),
 }
 """By the name of the option."""
