@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from netsim import __version__
+from netsim.cli.app_export import export
 from netsim.cli.app_flow import flow
 from netsim.cli.app_study import compare, report, study
 from netsim.cli.app_track import track
@@ -205,6 +206,9 @@ app.command()(flow)
 
 
 app.command()(track)
+
+
+app.command()(export)
 
 
 app.command()(compare)

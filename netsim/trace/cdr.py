@@ -70,7 +70,7 @@ def schema_text(event_type: type[Event]) -> str:
     """The ROS 2 message definition of an event class, with its documentation as comments and its codes as constants."""
     if event_type in _WELL_KNOWN:
         return _WELL_KNOWN[event_type][1]
-    notes = _field_notes(event_type)
+    notes = field_notes(event_type)
     lines = _comment(inspect.cleandoc(event_type.__doc__ or ""))
     for name, wire in wire_types(event_type).items():
         lines += _comment(notes.get(name, ""))
@@ -90,7 +90,7 @@ def _comment(text: str) -> list[str]:
     return [f"# {line}" for line in text.splitlines() if line]
 
 
-def _field_notes(event_type: type[Event]) -> dict[str, str]:
+def field_notes(event_type: type[Event]) -> dict[str, str]:
     """The string under each field of a class; empty where the source is not at hand."""
     notes: dict[str, str] = {}
     for field, note in pairwise(_bodies(sys.modules[event_type.__module__]).get(event_type.__qualname__, [])):
@@ -143,6 +143,21 @@ def decode(event_type: type[Event], data: bytes) -> Event:
     except (struct.error, ValueError, TypeError) as error:
         msg = f"{event_type.__name__}: broken CDR bytes: {error}"
         raise TraceError(msg) from error
+
+
+def leading_scalars(event_type: type[Event], data: bytes) -> list[Any]:
+    """The numbers before the first text or array of an event that was encoded: a quick look without decoding all of it.
+
+    Raises:
+        TraceError: If the bytes are too short for them.
+    """
+    values: list[Any] = []
+    try:
+        _DECODERS[event_type][0](data, len(HEADER), values)
+    except struct.error as error:
+        msg = f"{event_type.__name__}: broken CDR bytes: {error}"
+        raise TraceError(msg) from error
+    return values
 
 
 def _runs(event_type: type[Any]) -> list[tuple[str, tuple[str, ...]]]:

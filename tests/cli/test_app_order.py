@@ -6,6 +6,6 @@ from netsim.cli.app import app
 def test_the_order_of_the_commands() -> None:
     names = [command.name or command.callback.__name__ for command in app.registered_commands if command.callback]
     assert names == [
-        *("run", "study", "check", "replay", "inspect", "flow", "track", "compare", "lifetime", "report", "calibrate"),
-        *("list", "schema"),
+        *("run", "study", "check", "replay", "inspect", "flow", "track", "export", "compare", "lifetime", "report"),
+        *("calibrate", "list", "schema"),
     ]
