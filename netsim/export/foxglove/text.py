@@ -1,6 +1,7 @@
 """The log: what the run logged, and what befell nodes and messages."""
 
 from collections.abc import Mapping
+from typing import Any, cast
 
 from foxglove_schemas_protobuf.Log_pb2 import Log as FoxgloveLog
 
@@ -54,5 +55,5 @@ class Lines:
             self._tell(time_ns, _INFO, self._stage.name(event.node), f"{verb} {event.role}")
 
     def _tell(self, time_ns: int, level: int, name: str, message: str) -> None:
-        line = FoxgloveLog(timestamp=stamp(time_ns), level=level, name=name, message=message)
+        line = FoxgloveLog(timestamp=stamp(time_ns), level=cast(Any, level), name=name, message=message)
         self._stage.show(TOPIC, line, time_ns)
