@@ -12,6 +12,7 @@ from netsim.study.levels import label_of
 from netsim.study.plots.labels import Mark, label_points
 from netsim.study.plots.style import (
     INK,
+    LEGEND_LETTERS,
     SOFT,
     WIDTH_IN,
     Plot,
@@ -79,7 +80,7 @@ def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
         _scatter(view, axis, wanted[place])
         axis.tick_params(labelbottom=True)
         if place % columns == 0:
-            axis.set_ylabel(title_with(str(view.error), view.scale(str(view.error)).unit))
+            axis.set_ylabel(wrap(title_with(str(view.error), view.scale(str(view.error)).unit), LONG_TITLE))
     _scale_axes(view, axes, wanted)
     _legend(view, figure)
     _names(view, figure, axes, wanted)
@@ -149,7 +150,7 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
 
 
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
-    """The same errors in all panels; the same costs in those of one cost, unless its settings lie decades apart."""
+    """The same errors in all panels, by factors where they span decades; costs likewise unless settings lie decades apart."""
     marks = [_marks(view, cost, found) for cost, _, found in wanted]
     for place, axis in enumerate(axes.flat[: len(wanted)]):
         alike = (
@@ -162,8 +163,10 @@ def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
             _scale_cost(axis, shown)
     everywhere = [mark for found in marks for mark in found]
     if everywhere:
-        ends = [end for mark in everywhere for end in mark.ends_y]
-        keep_near(axes.flat[0].yaxis, [mark.y for mark in everywhere], ends)
+        errors = [mark.y for mark in everywhere]
+        if spans_decades(errors):
+            log_scale(axes.flat[0].yaxis, errors)
+        keep_near(axes.flat[0].yaxis, errors, [end for mark in everywhere for end in mark.ends_y])
 
 
 def _apart(view: View, wanted: Sequence[Panel]) -> bool:
@@ -203,7 +206,7 @@ def _legend(view: View, figure: Figure) -> None:
         handles = []
         for label, look in _some(colours_of(axis) if looks == "colour" else markers_of(axis)):
             colour, marker = (look, "o") if looks == "colour" else (SOFT, look)
-            handles.append(Line2D([], [], ls="", marker=marker, color=colour, label=shorten(label, 24)))
+            handles.append(Line2D([], [], ls="", marker=marker, color=colour, label=shorten(label, LEGEND_LETTERS)))
         groups.append((axis.name, handles))
     legend_below(figure, groups, handletextpad=0.2)
 
