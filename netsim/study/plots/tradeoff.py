@@ -150,7 +150,7 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
 
 
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
-    """The same errors in all panels, by factors where they span decades; costs likewise unless settings lie decades apart."""
+    """The same errors in all panels, by factors where they span decades; costs likewise, unless settings lie far apart."""
     marks = [_marks(view, cost, found) for cost, _, found in wanted]
     for place, axis in enumerate(axes.flat[: len(wanted)]):
         alike = (
