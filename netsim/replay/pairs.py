@@ -101,7 +101,7 @@ def pair_chunks(scene: Scene, places: Places) -> Iterator[Chunk]:
         yield static("/map/measurements", discs)
     if events:
         middles, half_m = np.array(list(events.values())), _EVENT * scene.radius_m
-        strokes = (middles[:, None, None] + half_m * _STROKES).reshape(-1, 2, 2)
+        strokes = (middles[:, None, None] + half_m * _STROKES).reshape(-1, 2, 2).astype(np.float32)
         yield static("/map/events", rr.LineStrips2D(strokes, colors=[style.EVENT], radii=[-1.4], draw_order=order))
         names = rr.Points2D(
             middles + np.array([0.0, 1.6 * half_m]),
