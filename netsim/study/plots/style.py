@@ -198,16 +198,17 @@ def spans_decades(values: Sequence[float], ratio: float = 20.0) -> bool:
     return bool(values) and min(values) > 0 and max(values) / min(values) >= ratio
 
 
-def log_scale(axis: Any, values: Sequence[float]) -> None:
+def log_scale(axis: Any, values: Sequence[float], most_ticks: int = 7) -> None:
     """Make an axis logarithmic, with numbers as one writes them.
 
     Args:
         axis: `panel.xaxis` or `panel.yaxis`.
         values: Positive, what is to be shown.
+        most_ticks: So many labels fit beside each other, where decades are told.
     """
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
     narrow = max(values) / min(values) < 200
-    axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
+    axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else most_ticks))
     axis.set_major_formatter(FuncFormatter(plain_tick))
     axis.set_minor_formatter(NullFormatter())
 

@@ -45,6 +45,8 @@ LONG_TITLE = 30
 """Letters of a cost on one line below a panel."""
 FACTORS = 5.0
 """Costs so many times apart are told by factors, on a log axis."""
+MOST_TICKS = 5
+"""Of costs that span decades, below a panel of a third of the page."""
 NAME_MARGIN = 0.2
 """Room beside the outermost points for their names, in widths of their range."""
 
@@ -180,7 +182,7 @@ def _scale_cost(axis: Any, marks: Sequence[Mark]) -> None:
     values = [mark.x for mark in marks]
     is_log = spans_decades(values, FACTORS)
     if is_log:
-        log_scale(axis.xaxis, values)
+        log_scale(axis.xaxis, values, MOST_TICKS)
     keep_near(axis.xaxis, values, [end for mark in marks for end in mark.ends_x])
     if is_log:
         return
