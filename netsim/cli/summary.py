@@ -113,7 +113,7 @@ def _why_no_pair_error(figures: Mapping[str, Any]) -> str:
         return "no measurement may be of an event"
     if told > 0:
         return "exact sums out of reach"
-    return "nothing told" + (" in time: raise duration_s" if _unfinished(figures) else "")
+    return "nothing told" + (": raise duration_s" if _unfinished(figures) else "")
 
 
 def _unfinished(figures: Mapping[str, Any]) -> int:

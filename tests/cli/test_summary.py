@@ -206,7 +206,7 @@ def test_what_is_certified_of_pairs_is_told(quiet: tuple[netsim.Result, netsim.L
 @pytest.mark.parametrize(
     ("figures", "why"),
     [
-        ({"gated_pairs_told_share": 0.0, "nodes_finished": 0}, "nothing told in time: raise duration_s"),
+        ({"gated_pairs_told_share": 0.0, "nodes_finished": 0}, "nothing told: raise duration_s"),
         ({"gated_pairs_told_share": 0.0, "nodes_finished": 31}, "nothing told"),
         ({"gated_pairs_told_share": None}, "no measurement may be of an event"),
         ({"gated_pairs_told_share": 0.5}, "exact sums out of reach"),
