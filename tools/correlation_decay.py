@@ -21,6 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from netsim.errors import ScenarioError
 from netsim.kernels.association_bp import propagate
 from netsim.kernels.correlation_decay import DecayGraph, literal, normalised, two_factor, vertex_order
 from netsim.kernels.decay_bounds import exact_depth, paper_bound, sharp_bound
@@ -259,17 +260,32 @@ def verdicts(columns, exact_s, enumeration_s):
             yield f"{line} (published: {share:.1%} of an enumeration of 40,000 s)."
 
 
+def from_one(text):
+    """A whole number from 1 on."""
+    if not text.isdecimal() or int(text) < 1:
+        message = f"expected a whole number from 1 on, got {text}"
+        raise argparse.ArgumentTypeError(message)
+    return int(text)
+
+
 def arguments():
     """What was asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--instances", type=int, default=2, help="how many problems (2)")
-    parser.add_argument("--depth", type=int, default=8, help="highest t (8)")
+    parser.add_argument("--instances", type=from_one, default=2, help="how many problems (2)")
+    parser.add_argument("--depth", type=from_one, default=8, help="highest t (8)")
     parser.add_argument("--budget-s", type=float, default=2.0, help="longest that one level may take, an instance (2)")
     parser.add_argument(
         "--enumerate", action="store_true", help="also visit every association event: seconds an instance"
     )
     parser.add_argument("--scenario", type=Path, default=SCENARIO, help="with an event-association problem")
-    return parser.parse_args()
+    options = parser.parse_args()
+    try:
+        kind = load(options.scenario, []).scenario.problem.type
+    except ScenarioError as error:
+        parser.error(str(error))
+    if kind != "event-association":
+        parser.error(f"{options.scenario}: expected a problem of type event-association, got {kind}")
+    return options
 
 
 def main():

@@ -90,7 +90,7 @@ def _pairs(figures: Mapping[str, Any]) -> Iterator[Row]:
     told = figures["gated_pairs_told_share"]
     yield "measurement-event pairs told of", "none" if told is None else f"{percent(told)} of {figures['gated_pairs']}"
     if figures["pair_error_linf"] is None:
-        yield "  largest error of a probability", "not computed: nothing told, or exact sums out of reach"
+        yield "  largest error of a probability", f"not computed: {_why_no_pair_error(figures)}"
     else:
         yield "  largest error of a probability", number(figures["pair_error_linf"])
         yield "  of loopy belief propagation at one place", number(figures["pair_error_bp_linf"])
@@ -99,7 +99,27 @@ def _pairs(figures: Mapping[str, Any]) -> Iterator[Row]:
             "  certified intervals, widest and mean",
             (f"{number(figures['interval_width_max'])}, {number(figures['interval_width_mean'])}"),
         )
+        if figures["interval_misses"] is not None:
+            yield "  exact probabilities outside", f"{figures['interval_misses'] or 'none'}"
+        if figures.get("events_incomplete_share") is not None:
+            yield "  events that miss a report", percent(figures["events_incomplete_share"])
         yield "  levels of recursion, mean", number(figures["decay_depth_mean"])
+
+
+def _why_no_pair_error(figures: Mapping[str, Any]) -> str:
+    """Why stated association probabilities are not compared with the exact ones."""
+    told = figures["gated_pairs_told_share"]
+    if told is None:
+        return "no measurement may be of an event"
+    if told > 0:
+        return "exact sums out of reach"
+    return "nothing told" + (": raise duration_s" if _unfinished(figures) else "")
+
+
+def _unfinished(figures: Mapping[str, Any]) -> int:
+    """How many nodes were still at work when a run ended; none where that is not known."""
+    ends = [figures.get(f"nodes_{end}") for end in ("finished", "failed", "died", "crashed")]
+    return 0 if None in ends else int(figures["nodes"] - sum(end for end in ends if end is not None))
 
 
 def _proved(figures: Mapping[str, Any]) -> Iterator[Row]:
@@ -144,6 +164,8 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
     yield "energy", f"{figures['energy_j']:.4g} J"
+    if (active_j := figures.get("energy_beyond_listening_j")) is not None:
+        yield "  of it beyond listening, sleep and idling", f"{active_j:.4g} J"
     states = sorted(figures["energy_by_state_j"].items(), key=lambda item: -item[1])
     for state, joules in states[:SHOWN_STATES]:
         if joules > 0.0:
@@ -187,8 +209,7 @@ def _incidents(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 def _time(figures: Mapping[str, Any], interrupted: bool) -> Iterator[Row]:
-    ended = sum(figures[f"nodes_{end}"] for end in ("finished", "failed", "died", "crashed"))
-    unfinished = figures["nodes"] - ended
+    unfinished = _unfinished(figures)
     if unfinished:
         cause = "at the interruption" if interrupted else "at the horizon"
         yield f"nodes still running {cause}", f"{unfinished} of {figures['nodes']}"

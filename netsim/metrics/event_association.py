@@ -125,7 +125,9 @@ def _errors(told: Told, exact: FloatArray | None) -> dict[str, Any]:
 
 
 def _widths(told: Told) -> dict[str, Any]:
-    widths = [high - low for _, low, high in told.values()]
+    widths = [
+        max(0.0, high - low) for _, low, high in told.values()
+    ]  # rounding may turn an interval of one point round
     return {
         "interval_width_max": max(widths) if widths else None,
         "interval_width_mean": float(np.mean(widths)) if widths else None,

@@ -104,7 +104,7 @@ class EventAssociationParameters:
         """Refuse what is no covariance."""
         xx, xy, yy = self.covariance_m2
         if not (xx > 0 and yy > 0 and xx * yy > xy * xy):
-            message = "a positive definite covariance: xx and yy above 0, xx yy above xy^2"
+            message = "covariance_m2 positive definite: xx and yy above 0, xx yy above xy^2"
             raise ValueError(message)
 
     @property

@@ -16,10 +16,18 @@ def concerned(cls: type[Any], given: Mapping[Any, Any], complaint: str) -> str:
         given: What the document says, as plain values.
         complaint: What its `__post_init__` raised.
     """
-    defaults = {each.name: each.default for each in fields(cls) if isinstance(each.default, Scalar)}
-    known = {name: value for name, value in (defaults | dict(given)).items() if isinstance(value, Scalar)}
+    defaults = {each.name: each.default for each in fields(cls)}
+    known = {name: value for name, value in (defaults | dict(given)).items() if _is_short(value)}
     order = [each.name for each in fields(cls) if each.name in known and _is_named(each.name, complaint)]
-    return ", ".join(f"{name}: {show(known[name])}" for name in order) or show(dict(given))
+    shown = {name: list(value) if isinstance(value := known[name], tuple) else value for name in order}
+    return ", ".join(f"{name}: {show(value)}" for name, value in shown.items()) or show(dict(given))
+
+
+def _is_short(value: object) -> bool:
+    """Whether a value is a scalar or a few of them, such as a covariance."""
+    return isinstance(value, Scalar) or (
+        isinstance(value, list | tuple) and all(isinstance(each, Scalar) for each in value)
+    )
 
 
 def _is_named(name: str, text: str) -> bool:

@@ -26,6 +26,7 @@ from netsim.replay.lives import DownTrack
 from netsim.replay.marks import EstimateTrack, NodeColourTrack, TargetTrack
 from netsim.replay.nodes import node_chunks
 from netsim.replay.options import Pace, ReplayOptions, decide
+from netsim.replay.pairs import PairTrack, pair_chunks, pair_places
 from netsim.replay.particles import ParticleTrack
 from netsim.replay.plots import AccuracyTrack, RateTrack, RoundTrack
 from netsim.replay.routes import RouteTrack
@@ -69,8 +70,9 @@ class Conversion:
         self._flow = FlowTrack(self._setting)
         self._lanes = LaneTrack(self._setting) if self._setting.shown.sum() <= options.detail_nodes else None
         self._identities = IdentityTrack(self._setting)
-        own: list[Track] = [self._frames, *_tracks(self._setting), self._energy, self._clocks, self._flow]
-        own.append(self._identities)
+        self._pairs = pair_places(trace)
+        own: list[Track] = [self._frames, *_tracks(self._setting), PairTrack(self._setting, self._pairs)]
+        own += [self._energy, self._clocks, self._flow, self._identities]
         self._tracks = [*own, *([self._lanes] if self._lanes else [])]
         self._present: set[str] = set()
 
@@ -105,6 +107,7 @@ class Conversion:
         yield from field_chunks(self.scene)
         yield from node_chunks(self.scene, self.pace)
         yield from sensor_chunks(self.trace, self.scene)
+        yield from pair_chunks(self.scene, self._pairs)
         window_ns, lead_ns = self.pace.start_ns, max(0, self.pace.start_ns - self.pace.hold_ns - _LEAD_NS)
         past = {topic for track in self._tracks if track.past for topic in track.topics} - {Frame.topic}
         if lead_ns:

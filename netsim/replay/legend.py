@@ -121,6 +121,7 @@ def _state_marks(on_battery: bool, present: Collection[str]) -> Iterator[Mark]:
 
 def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
     yield from _track_marks(present)
+    yield from _pair_marks(present)
     if "/map/targets" in present:
         yield Mark("target", outline=style.TARGET if scene.group_range_m is None else style.kind_colour(0))
     if "/map/estimates" in present:
@@ -158,6 +159,17 @@ def _track_marks(present: Collection[str]) -> Iterator[Mark]:
         yield Mark("leader", square=(style.LEADER, 0.9))
     if "/map/neighbours" in present:
         yield Mark("its neighbours", square=(style.NEIGHBOUR, 0.75))
+
+
+def _pair_marks(present: Collection[str]) -> Iterator[Mark]:
+    """Of measurements, events, and how probable it is that they belong together."""
+    if "/map/measurements" in present:
+        yield Mark("a measurement", discs=[(0.0, 0.45, style.MEASUREMENT)])
+    if "/map/events" in present:
+        yield Mark("predicted event", cross=style.EVENT)
+    if "/map/pairs" in present:
+        colours = style.belief_colours(np.array([1.0, 0.3, 0.02])).tolist()
+        yield Mark("pair: likely to unlikely", lines=[tuple(colour) for colour in colours])
 
 
 def rows_of(entries: Sequence[Mark]) -> list[list[Mark]]:

@@ -39,6 +39,8 @@ MODEL: Rgba = (62, 52, 110, 255)
 VARIABLE: Rgba = (140, 115, 235, 255)
 LABEL: Rgba = (205, 212, 222, 255)
 TARGET: Rgba = (255, 205, 170, 255)
+EVENT: Rgba = (255, 120, 200, 255)
+MEASUREMENT: Rgba = (240, 243, 250, 255)
 ESTIMATE: Rgba = (255, 70, 220, 255)
 ESTIMATE_DIM: Rgba = (255, 70, 220, 150)
 TRAIL: Rgba = (255, 150, 235, 255)
@@ -101,6 +103,7 @@ _LAYERS = (
     "model",
     "groups",
     "particles",
+    "pairs",
     "targets",
     "acks",
     "messages",
@@ -110,6 +113,7 @@ _LAYERS = (
     "rims",
     "nodes",
     "dead",
+    "measurements",
     "leaders",
     "trails",
     "estimates",

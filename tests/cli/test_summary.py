@@ -179,3 +179,47 @@ def test_many_kinds_of_message_are_told_by_the_largest(quiet: tuple[netsim.Resul
 def test_what_was_taken_over_from_the_dead_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
     rows = told(quiet, {"crashes": 2, "reboots": 1, "rehostings": 3, "hosts_stepped_down": 1})
     assert rows["variables taken over from dead hosts"] == "3 (1 given back)"
+
+
+PAIRS = {
+    "gated_pairs": 46,
+    "gated_pairs_told_share": 1.0,
+    "pair_error_linf": 0.0024,
+    "pair_error_bp_linf": 0.02,
+    "interval_width_max": 0.04,
+    "interval_width_mean": 0.008,
+    "interval_misses": 0,
+    "events_incomplete_share": 0.25,
+    "decay_depth_mean": 4.1,
+}
+SILENT = {"pair_error_linf": None, "interval_width_max": None, "interval_misses": None}
+
+
+def test_what_is_certified_of_pairs_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    rows = told(quiet, PAIRS)
+    assert rows["certified intervals, widest and mean"] == "0.04, 0.008"
+    assert rows["exact probabilities outside"] == "none"
+    assert rows["events that miss a report"] == "25.00 %"
+    assert told(quiet, PAIRS | {"interval_misses": 3})["exact probabilities outside"] == "3"
+
+
+@pytest.mark.parametrize(
+    ("figures", "why"),
+    [
+        ({"gated_pairs_told_share": 0.0, "nodes_finished": 0}, "nothing told: raise duration_s"),
+        ({"gated_pairs_told_share": 0.0, "nodes_finished": 31}, "nothing told"),
+        ({"gated_pairs_told_share": None}, "no measurement may be of an event"),
+        ({"gated_pairs_told_share": 0.5}, "exact sums out of reach"),
+    ],
+)
+def test_it_is_told_why_there_is_no_error_of_pairs(
+    quiet: tuple[netsim.Result, netsim.LoadedScenario], figures: Mapping[str, Any], why: str
+) -> None:
+    rows = told(
+        quiet, {**PAIRS, **SILENT, **dict.fromkeys(("nodes_failed", "nodes_died", "nodes_crashed"), 0), **figures}
+    )
+    assert rows["largest error of a probability"] == f"not computed: {why}"
+
+
+def test_joules_beyond_listening_stand_beside_all_joules(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    assert told(quiet, {"energy_beyond_listening_j": 1.25})["of it beyond listening, sleep and idling"] == "1.25 J"

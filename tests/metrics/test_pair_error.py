@@ -66,6 +66,12 @@ def test_of_a_measurement_stated_twice_the_last_counts():
     assert found["gated_pairs_told_share"] == 0.5
 
 
+def test_an_interval_that_rounding_turned_round_has_no_width():
+    found = figures((0, 0, 1 / 3, 1 / 3, 1 / 3 - 1e-17 - 5.6e-17, 2))
+    assert (found["interval_width_max"], found["interval_width_mean"]) == (0.0, 0.0)
+    assert found["interval_misses"] == 0
+
+
 def test_a_pair_that_is_none_counts_as_an_error_and_not_as_told():
     """As rounded positions may have it."""
     found = figures((0, 1, 0.25, 0.2, 0.3, 2))

@@ -208,5 +208,5 @@ def test_the_same_seed_draws_the_same_and_another_another():
 
 @pytest.mark.parametrize("covariance", [(0.0, 0.0, 1.0), (1.0, 2.0, 1.0), (1.0, 0.0, -1.0)])
 def test_what_is_no_covariance_is_refused(covariance):
-    with pytest.raises(ValueError, match="a positive definite covariance"):
+    with pytest.raises(ValueError, match="covariance_m2 positive definite"):
         EventAssociationParameters(covariance_m2=covariance)

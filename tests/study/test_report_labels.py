@@ -12,7 +12,8 @@ from matplotlib.text import Annotation
 from report_studies import written
 
 from netsim.study.plots.labels import Mark, label_points
-from netsim.study.plots.style import PALETTE, legible, panels, settle
+from netsim.study.plots.rows import label_rows
+from netsim.study.plots.style import PALETTE, RC, legible, panels, settle, styled
 from netsim.study.plots.tradeoff import tradeoff_plots
 from netsim.study.reporting.view import view_of
 from netsim.study.results import load_study
@@ -87,3 +88,41 @@ def test_a_name_that_is_away_is_joined_to_its_point():
     lines = {tuple(line.get_xydata()[0]) for line in panel.lines if len(line.get_xdata()) == 2}
     far = [text.xy for (_, own, _), text in zip(distances(panel), panel.texts, strict=True) if own > 13]
     assert lines == set(far)
+
+
+LONG = ("literal, measurements first", "literal, few neighbours first", "normalised")
+DEPTHS = list(range(1, 10))
+
+
+def falling(levels, _):
+    """An error that spans decades."""
+    return {
+        "association_error": 0.5 * 10.0 ** -levels["t"],
+        "energy_j": 2.0 ** levels["t"] + LONG.index(levels["form"]),
+    }
+
+
+def test_errors_decades_apart_are_told_by_factors_and_long_names_in_full(tmp_path):
+    written(tmp_path, {"t": DEPTHS, "form": list(LONG)}, 1, falling, costs=("energy_j",))
+    (plot,) = tradeoff_plots(view_of(load_study(tmp_path)))
+    assert plot.figure.axes[0].get_yscale() == "log"
+    assert set(LONG) <= {text.get_text() for text in plot.figure.legends[0].get_texts()}
+
+
+def test_a_legend_of_many_lines_leaves_the_panel_its_height(tmp_path):
+    written(tmp_path, {"t": DEPTHS, "form": list(LONG)}, 1, falling, costs=("energy_j",))
+    (plot,) = tradeoff_plots(view_of(load_study(tmp_path)))
+    settle(plot.figure)
+    assert plot.figure.axes[0].get_position().height * plot.figure.get_size_inches()[1] > 1.5
+
+
+@pytest.mark.parametrize("rows", [2, 3])
+def test_labels_of_rows_are_in_the_picture_as_saved(rows):
+    with styled():
+        figure, axes = panels(1, 1, 3.0)
+        axes[0][0].plot(range(rows), range(rows))
+        label_rows(axes[0][0], ["t 6, literal, events first"] * (rows - 1) + ["literal,\nfew neighbours first"])
+        settle(figure)
+        figure.set_dpi(RC["savefig.dpi"])
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        assert min(text.get_window_extent(renderer).x0 for text in axes[0][0].get_yticklabels()) >= 0

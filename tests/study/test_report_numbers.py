@@ -38,13 +38,17 @@ PLAIN = Scale()
         (0.23149, math.nan, "0.2315"),
         (-0.0001, 0.05, "0.000 ± 0.050"),
         (math.nan, math.nan, "–"),
+        (1.738e-7, 4.1e-8, "(1.74 ± 0.41)e−7"),
+        (-2e-7, 3.2e-5, "(0.0 ± 3.2)e−5"),
+        (1.738e-7, math.nan, "1.738e−7"),
+        (0.0, 0.0, "0 ± 0"),
     ],
 )
 def test_the_uncertainty_decides_the_digits(mean, half, shown):
     assert with_half(mean, half, PLAIN).replace("\N{NO-BREAK SPACE}", " ") == shown
 
 
-@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+@given(st.floats(-1e6, 1e6), st.floats(1e-4, 1e6))
 def test_rounding_hides_less_than_a_twentieth_of_the_uncertainty_or_the_seventh_digit(mean, half):
     shown = with_half(mean, half, PLAIN).replace("\N{MINUS SIGN}", "-")
     told, wide = map(float, shown.split("\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
@@ -137,3 +141,13 @@ def test_ticks_are_written_as_one_writes_them():
 def test_a_mean_within_its_interval_has_no_more_digits_than_that() -> None:
     assert with_half(9508, 76790, PLAIN).replace("\N{NO-BREAK SPACE}", " ") == "10000 ± 77000"
     assert with_half(9508, 76.79, PLAIN).replace("\N{NO-BREAK SPACE}", " ") == "9508 ± 77"
+
+
+@pytest.mark.parametrize(("share", "shown"), [(587.57, "×589"), (99.0, "+9900 %"), (46009858777462.34, "×4.6e13")])
+def test_beyond_ten_thousand_percent_factors_are_told(share, shown):
+    assert percent(share).replace("\N{NO-BREAK SPACE}", " ") == shown
+
+
+@given(st.floats(1e-300, 9.9e-5))
+def test_small_numbers_keep_their_digits(value):
+    assert float(number(-value).replace("\N{MINUS SIGN}", "-")) == pytest.approx(-value, rel=6e-4)

@@ -40,14 +40,14 @@ class Maps:
 
 
 def node_plots(view: View) -> Iterator[Plot]:
-    """The map, if positions and energies are known."""
+    """The map, if positions and energies are known, and of more than one node."""
     nodes = view.results.nodes
     energy = next((name for name in ENERGIES if name in nodes.columns and nodes[name].fillna(0.0).max() > 0), None)
     if energy is None or not {"x_m", "y_m", "node", "repetition"} <= set(nodes.columns):
         return
     found = {variant: _means(nodes[nodes["variant"] == variant], energy) for variant in _chosen(view)}
     there = {variant: table for variant, table in found.items() if len(table)}
-    if there:
+    if any(len(table) > 1 for table in there.values()):
         yield _plot(view, Maps(energy, there, _moved(nodes)))
 
 

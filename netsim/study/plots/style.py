@@ -28,6 +28,8 @@ MARKERS = "osD^vPX*<>"
 INK, SOFT, GRID = "#1c2430", "#5a6675", "#dde2e8"
 WIDTH_IN = 9.0
 """Width of a plot across the page."""
+LEGEND_LETTERS = 44
+"""Of an entry of a legend: longer ones are cut, and seen to be."""
 MOST_ROOM = 1.0
 """Beyond the outermost means a panel shows intervals as far as this, in ranges of the means: these fill a third of it."""
 
@@ -58,6 +60,7 @@ RC: Mapping[str, Any] = {
     "figure.facecolor": "white",
     "svg.hashsalt": "netsim",
     "svg.fonttype": "path",
+    "figure.dpi": 144,  # as saved: letters are not equally wide at another, and those at the edge would be cut
     "savefig.dpi": 144,
 }
 """Settings of matplotlib while a plot is drawn or written."""
@@ -128,6 +131,8 @@ def colours_of(axis: AxisInfo | None) -> dict[str, Any]:
 
 _LETTER_IN, _HANDLE_IN = 0.075, 0.5
 """Mean width of a letter of a legend, and of a handle with the space around it."""
+_LINE_IN, _LINES = 0.18, 4
+"""Height of a line of a legend, and for how many a figure has room as it is: for more it is made higher."""
 
 
 def legend_below(figure: Figure, groups: Sequence[tuple[str, Sequence[Artist]]], **look: Any) -> None:
@@ -145,6 +150,8 @@ def legend_below(figure: Figure, groups: Sequence[tuple[str, Sequence[Artist]]],
         if columns == 1 or sum(_LETTER_IN * width + _HANDLE_IN for width in widths) <= room_in:
             by_column = [line[place] for place in range(columns + 1) for line in lines]  # as legends are filled
             figure.legend(handles=by_column, loc="outside lower center", ncols=columns + 1, **look)
+            width_in, height_in = figure.get_size_inches()
+            figure.set_size_inches(width_in, height_in + _LINE_IN * max(0, len(lines) - _LINES))
             return
 
 
@@ -191,16 +198,17 @@ def spans_decades(values: Sequence[float], ratio: float = 20.0) -> bool:
     return bool(values) and min(values) > 0 and max(values) / min(values) >= ratio
 
 
-def log_scale(axis: Any, values: Sequence[float]) -> None:
+def log_scale(axis: Any, values: Sequence[float], most_ticks: int = 7) -> None:
     """Make an axis logarithmic, with numbers as one writes them.
 
     Args:
         axis: `panel.xaxis` or `panel.yaxis`.
         values: Positive, what is to be shown.
+        most_ticks: So many labels fit beside each other, where decades are told.
     """
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
     narrow = max(values) / min(values) < 200
-    axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else 7))
+    axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if narrow else (1.0,), numticks=12 if narrow else most_ticks))
     axis.set_major_formatter(FuncFormatter(plain_tick))
     axis.set_minor_formatter(NullFormatter())
 

@@ -12,6 +12,7 @@ from netsim.study.levels import label_of
 from netsim.study.plots.labels import Mark, label_points
 from netsim.study.plots.style import (
     INK,
+    LEGEND_LETTERS,
     SOFT,
     WIDTH_IN,
     Plot,
@@ -44,6 +45,8 @@ LONG_TITLE = 30
 """Letters of a cost on one line below a panel."""
 FACTORS = 5.0
 """Costs so many times apart are told by factors, on a log axis."""
+MOST_TICKS = 5
+"""Of costs that span decades, below a panel of a third of the page."""
 NAME_MARGIN = 0.2
 """Room beside the outermost points for their names, in widths of their range."""
 
@@ -79,7 +82,7 @@ def _plot(view: View, wanted: Sequence[Panel], stem: str) -> Plot:
         _scatter(view, axis, wanted[place])
         axis.tick_params(labelbottom=True)
         if place % columns == 0:
-            axis.set_ylabel(title_with(str(view.error), view.scale(str(view.error)).unit))
+            axis.set_ylabel(wrap(title_with(str(view.error), view.scale(str(view.error)).unit), LONG_TITLE))
     _scale_axes(view, axes, wanted)
     _legend(view, figure)
     _names(view, figure, axes, wanted)
@@ -149,7 +152,7 @@ def _scatter(view: View, axis: Any, panel: Panel) -> None:
 
 
 def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
-    """The same errors in all panels; the same costs in those of one cost, unless its settings lie decades apart."""
+    """The same errors in all panels, by factors where they span decades; costs likewise, unless settings lie far apart."""
     marks = [_marks(view, cost, found) for cost, _, found in wanted]
     for place, axis in enumerate(axes.flat[: len(wanted)]):
         alike = (
@@ -162,8 +165,10 @@ def _scale_axes(view: View, axes: Any, wanted: Sequence[Panel]) -> None:
             _scale_cost(axis, shown)
     everywhere = [mark for found in marks for mark in found]
     if everywhere:
-        ends = [end for mark in everywhere for end in mark.ends_y]
-        keep_near(axes.flat[0].yaxis, [mark.y for mark in everywhere], ends)
+        errors = [mark.y for mark in everywhere]
+        if spans_decades(errors):
+            log_scale(axes.flat[0].yaxis, errors)
+        keep_near(axes.flat[0].yaxis, errors, [end for mark in everywhere for end in mark.ends_y])
 
 
 def _apart(view: View, wanted: Sequence[Panel]) -> bool:
@@ -177,7 +182,7 @@ def _scale_cost(axis: Any, marks: Sequence[Mark]) -> None:
     values = [mark.x for mark in marks]
     is_log = spans_decades(values, FACTORS)
     if is_log:
-        log_scale(axis.xaxis, values)
+        log_scale(axis.xaxis, values, MOST_TICKS)
     keep_near(axis.xaxis, values, [end for mark in marks for end in mark.ends_x])
     if is_log:
         return
@@ -203,7 +208,7 @@ def _legend(view: View, figure: Figure) -> None:
         handles = []
         for label, look in _some(colours_of(axis) if looks == "colour" else markers_of(axis)):
             colour, marker = (look, "o") if looks == "colour" else (SOFT, look)
-            handles.append(Line2D([], [], ls="", marker=marker, color=colour, label=shorten(label, 24)))
+            handles.append(Line2D([], [], ls="", marker=marker, color=colour, label=shorten(label, LEGEND_LETTERS)))
         groups.append((axis.name, handles))
     legend_below(figure, groups, handletextpad=0.2)
 

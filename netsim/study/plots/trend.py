@@ -11,6 +11,7 @@ from netsim.study.info import AxisInfo, PublishedInfo
 from netsim.study.levels import label_of
 from netsim.study.plots.style import (
     INK,
+    LEGEND_LETTERS,
     PALETTE,
     SOFT,
     Plot,
@@ -167,7 +168,7 @@ def _legend(figure: Figure, told: Sequence[AxisInfo], has_published: bool) -> No
             look = (
                 {"color": colours_of(axis)[label]} if place == 0 else {"color": SOFT, "ls": DASHES[index % len(DASHES)]}
             )
-            handles.append(Line2D([], [], lw=1.8, label=shorten(label, 24), **look))
+            handles.append(Line2D([], [], lw=1.8, label=shorten(label, LEGEND_LETTERS), **look))
         groups.append((axis.name, handles))
     if has_published:
         groups.append(("paper", [Line2D([], [], label="published", **PUBLISHED_LOOK)]))

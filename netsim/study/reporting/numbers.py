@@ -10,6 +10,10 @@ PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6,
 MOST_DECIMALS = 9
 MOST_DIGITS = 6
 """Of a mean with its interval, however narrow that is."""
+SMALL = 1e-4
+"""Numbers below this are written with a power of ten."""
+FACTORS_FROM = 100.0
+"""Relative differences from this on are told by factors: nobody grasps +58757 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +53,13 @@ def decimals_of(half: float) -> int | None:
 
 
 def number(value: float | None, decimals: int | None = None, digits: int = 4) -> str:
-    """A number with given decimals, or else with so many significant digits; a dash for none."""
+    """A number with given decimals, or else with so many significant digits (`1.74e−7` if small); a dash for none."""
     if value is None or math.isnan(value):
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else f"{MINUS}∞"
+    if decimals is None and 0 < abs(value) < SMALL:
+        return _with_power(value, digits)
     if decimals is None:
         size = math.floor(math.log10(abs(value))) if value else 0
         decimals = min(MOST_DECIMALS, max(0, digits - 1 - size))
@@ -66,6 +72,13 @@ def number(value: float | None, decimals: int | None = None, digits: int = 4) ->
     return text.replace("-", MINUS)
 
 
+def _with_power(value: float, digits: int) -> str:
+    """A small number: `1.74e−7`."""
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return f"{mantissa}e{int(power)}".replace("-", MINUS)
+
+
 def signed(value: float, decimals: int | None = None, digits: int = 4) -> str:
     """The same with its sign, as differences have."""
     text = number(value, decimals, digits)
@@ -73,7 +86,7 @@ def signed(value: float, decimals: int | None = None, digits: int = 4) -> str:
 
 
 def with_half(mean: float, half: float, scale: Scale, *, sign: bool = False) -> str:
-    """Mean and half of its interval: `0.231 ± 0.054`; the mean alone where there is no interval.
+    """Mean and half of its interval: `0.231 ± 0.054`, `(2.3 ± 0.5)e−6`; the mean alone where there is no interval.
 
     Args:
         mean: In the metric's unit.
@@ -82,6 +95,9 @@ def with_half(mean: float, half: float, scale: Scale, *, sign: bool = False) -> 
         sign: Whether a sign is to be shown always.
     """
     mean, half = mean * scale.factor, half * scale.factor
+    if half > 0 and (size := max(abs(mean), half)) < SMALL:
+        power = math.floor(math.log10(size))
+        return f"({with_half(mean / 10.0**power, half / 10.0**power, Scale(), sign=sign)})e{MINUS}{-power}"
     if half > abs(mean) and half >= 100:  # no digit of such a mean counts that is below the interval's first two
         mean, half = (round(value, 1 - math.floor(math.log10(half))) for value in (mean, half))
     decimals, most = decimals_of(half), _most_decimals(mean)
@@ -89,7 +105,7 @@ def with_half(mean: float, half: float, scale: Scale, *, sign: bool = False) -> 
     shown = (signed if sign else number)(mean, most if is_cut else decimals)
     if math.isnan(half) or math.isnan(mean):
         return shown
-    spread = number(half, digits=2) if is_cut else number(half, decimals)
+    spread = number(half, None if half < 10.0**-MOST_DECIMALS else decimals, digits=2)
     return f"{shown}{HARD_SPACE}±{HARD_SPACE}{spread if half > 0 else '0'}"
 
 
@@ -108,8 +124,11 @@ def interval(low: float, high: float, scale: Scale) -> str:
 
 
 def percent(share: float) -> str:
-    """A relative difference: `−15 %`; two digits at least, and no line break before the sign."""
+    """A relative difference: `−15 %`, or `×590`; two digits at least, and no line break before the sign."""
     value = 100 * share
     if not math.isfinite(value):
         return ""
+    if share >= FACTORS_FROM:
+        factor = 1.0 + share
+        return "×" + (f"{factor:.0f}" if factor < 9999.5 else f"{factor:.1e}".replace("e+0", "e").replace("e+", "e"))
     return f"{signed(value, 0) if abs(value) >= 9.95 else signed(value, digits=2)}{HARD_SPACE}%"
