@@ -1,6 +1,6 @@
 """Beliefs as particles: dots on the map, those of each track in its colour, larger by weight."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import rerun as rr
@@ -19,6 +19,7 @@ _LEAST_PT, _MOST_PT = 1.1, 5.0
 
 Cloud = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Places, shape (P, 2), and radii."""
+_GONE: Cloud = (np.zeros((0, 2)), np.zeros(0))
 
 
 class ParticleTrack:
@@ -29,35 +30,56 @@ class ParticleTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._pace = setting.pace
-        self._clouds: dict[int, dict[int, Cloud]] = {}
-        """By track and instant."""
+        self._last_ns: dict[int, int] = {}
+        """When each track was last told of."""
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """Keep them; a track that nobody tells of any more is known at the end."""
-        tracks, per_event = batch.rows("target")
-        weights, told = batch.rows("weight")
-        places_m = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]]).astype(float)
-        at = np.concatenate([[0], np.cumsum(per_event * told)])
-        names, clouds = np.split(tracks, np.cumsum(per_event)[:-1]), np.split(weights, np.cumsum(told)[:-1])
-        for number, time_ns in enumerate(batch.time_ns.tolist()):
-            radii = -np.maximum(_LEAST_PT, _MOST_PT * np.sqrt(clouds[number] / max(float(clouds[number].max()), 1e-30)))
-            own_m = places_m[at[number] : at[number + 1]].reshape(len(names[number]), -1, 2)
-            for track, places in zip(names[number].tolist(), own_m, strict=True):
-                self._clouds.setdefault(track, {})[max(time_ns, self._pace.start_ns)] = places, radii
-        yield from ()
+        """A row of dots a word of each track; they go after a while without one."""
+        for track, clouds in sorted(_clouds(batch).items()):
+            shown: dict[int, Cloud] = {}
+            for time_ns, cloud in clouds:
+                at_ns, last_ns = max(time_ns, self._pace.start_ns), self._last_ns.get(track, time_ns)
+                if last_ns + HOLD_NS < time_ns:
+                    shown[max(last_ns + HOLD_NS, self._pace.start_ns)] = _GONE
+                shown[at_ns] = cloud
+                if track not in self._last_ns:
+                    look = rr.Points2D.from_fields(
+                        colors=[style.kind_colour(track)], draw_order=style.ORDER["particles"]
+                    )
+                    yield static(_path(track), look)
+                self._last_ns[track] = time_ns
+            yield _rows(track, shown)
 
     def finish(self) -> Iterator[Chunk]:
-        """A row of dots an instant; they go after a while without word."""
-        for track, clouds in sorted(self._clouds.items()):
-            path = f"/map/particles/{track}"
-            look = rr.Points2D.from_fields(colors=[style.kind_colour(track)], draw_order=style.ORDER["particles"])
-            yield static(path, look)
-            shown = dict(clouds)
-            for time_ns, after_ns in zip(clouds, [*list(clouds)[1:], self._pace.end_ns + 1], strict=True):
-                if time_ns + HOLD_NS < min(after_ns, self._pace.end_ns):
-                    shown[time_ns + HOLD_NS] = np.zeros((0, 2)), np.zeros(0)
-            instants = np.array(sorted(shown), np.int64)
-            each = [shown[at_ns] for at_ns in instants.tolist()]
-            lengths = [len(radii) for _, radii in each]
-            places_m, radii = (np.concatenate(parts) for parts in zip(*each, strict=True))
-            yield timed(path, instants, rr.Points2D.columns(positions=places_m, radii=radii).partition(lengths))
+        """They go, where nobody tells of a track any more."""
+        for track, last_ns in sorted(self._last_ns.items()):
+            if last_ns + HOLD_NS < self._pace.end_ns:
+                yield _rows(track, {max(last_ns + HOLD_NS, self._pace.start_ns): _GONE})
+
+
+def _clouds(batch: Batch) -> dict[int, list[tuple[int, Cloud]]]:
+    """By track, in order."""
+    tracks, per_event = batch.rows("target")
+    weights, told = batch.rows("weight")
+    places_m = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]]).astype(float)
+    at = np.concatenate([[0], np.cumsum(per_event * told)])
+    names, shares = np.split(tracks, np.cumsum(per_event)[:-1]), np.split(weights, np.cumsum(told)[:-1])
+    clouds: dict[int, list[tuple[int, Cloud]]] = {}
+    for number, time_ns in enumerate(batch.time_ns.tolist()):
+        radii = -np.maximum(_LEAST_PT, _MOST_PT * np.sqrt(shares[number] / max(float(shares[number].max()), 1e-30)))
+        own_m = places_m[at[number] : at[number + 1]].reshape(len(names[number]), -1, 2)
+        for track, places in zip(names[number].tolist(), own_m, strict=True):
+            clouds.setdefault(track, []).append((time_ns, (places, radii)))
+    return clouds
+
+
+def _path(track: int) -> str:
+    return f"/map/particles/{track}"
+
+
+def _rows(track: int, shown: Mapping[int, Cloud]) -> Chunk:
+    instants = np.array(sorted(shown), np.int64)
+    each = [shown[at_ns] for at_ns in instants.tolist()]
+    places_m, radii = (np.concatenate(parts) for parts in zip(*each, strict=True))
+    lengths = [len(one) for _, one in each]
+    return timed(_path(track), instants, rr.Points2D.columns(positions=places_m, radii=radii).partition(lengths))
