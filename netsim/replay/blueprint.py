@@ -20,11 +20,15 @@ _RIGHT_SIDE = 869.0
 _LANE = 39.5
 _LANES_FRAME = 53.0
 _LOG = 203.0
+_BAR, _BARS_FRAME = 34.0, 40.0
+_MOST_BARS = 8
 
 _SHOWN_LEVELS = ["INFO", "WARN", "ERROR", "CRITICAL"]  # the others can be chosen in the viewer
 
 _TRACK_ORIGIN, _TRACK = "/plots/track", "Distance from target (m)"
 _ROUNDS_ORIGIN, _ROUNDS = "/plots/senders", "Senders per round"
+_IDENTITIES_ORIGIN = "/identity"
+_IDENTITIES = "Who is who: how probable each target is, in its colour"
 
 Ranges = tuple[tuple[float, float], tuple[float, float]]
 
@@ -54,6 +58,7 @@ class Contents:
         clocks: Title of the curves of the clocks' errors.
         lanes: Entities of the radio time line, the most important first.
         left: Map and graph.
+        identities: Ranges of x and y of the bars of who is who.
     """
 
     present: Collection[str]
@@ -61,6 +66,7 @@ class Contents:
     clocks: str
     lanes: Sequence[str]
     left: Left
+    identities: Ranges
 
 
 def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
@@ -70,7 +76,7 @@ def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
         contents: What there is.
         pace: Window and playback speed.
     """
-    views = (_curves(contents, pace), _radio(contents.lanes), _log(contents.present))
+    views = (_curves(contents, pace), _identities(contents), _radio(contents.lanes), _log(contents.present))
     right = [(view, share) for view, share in zip(views, _shares(contents), strict=True) if view is not None]
     layout = _left(contents.left) if not right else rrb.Horizontal(
         _left(contents.left),
@@ -84,11 +90,13 @@ def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
     return rrb.Blueprint(layout, *panels, time_panel, auto_layout=False, auto_views=False)
 
 
-def _shares(contents: Contents) -> tuple[float, float, float]:
-    """Heights of curves, radio time line and log."""
+def _shares(contents: Contents) -> tuple[float, float, float, float]:
+    """Heights of curves, bars of identities, radio time line and log."""
+    top, bottom = contents.identities[1]
+    bars = _BARS_FRAME + _BAR * min(_MOST_BARS, bottom - top) if _IDENTITIES_ORIGIN in _views(contents.present) else 0.0
     lanes = _LANES_FRAME + _LANE * min(_MOST_LANES, len(contents.lanes)) if contents.lanes else 0.0
     log = _LOG if lanes else 0.4 * _RIGHT_SIDE
-    return _RIGHT_SIDE - lanes - log, lanes, log
+    return _RIGHT_SIDE - bars - lanes - log, bars, lanes, log
 
 
 def _left(left: Left) -> rrb.Spatial2DView | rrb.Tabs:
@@ -148,6 +156,17 @@ def _first(contents: Contents) -> str | None:
 
 def _graph_first(contents: Contents) -> bool:
     return contents.left.graph is not None and contents.left.graph_first and _ROUNDS_ORIGIN in contents.present
+
+
+def _views(present: Collection[str]) -> set[str]:
+    """First parts of the entity paths that have data."""
+    return {f"/{path.split('/')[1]}" for path in present}
+
+
+def _identities(contents: Contents) -> rrb.Spatial2DView | None:
+    if _IDENTITIES_ORIGIN not in _views(contents.present):
+        return None
+    return _plane(_IDENTITIES_ORIGIN, _IDENTITIES, contents.identities)
 
 
 def _radio(lanes: Sequence[str]) -> rrb.StateTimelineView | rrb.Tabs | None:

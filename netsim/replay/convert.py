@@ -14,6 +14,8 @@ from netsim.replay.energy import EnergyTrack
 from netsim.replay.faults import FaultTrack
 from netsim.replay.flow import FlowTrack
 from netsim.replay.frames import FrameTrack
+from netsim.replay.groups import GroupTrack
+from netsim.replay.identities import IdentityTrack
 from netsim.replay.lanes import LaneTrack
 from netsim.replay.leaders import LeaderTrack
 from netsim.replay.legend import legend_chunks, marks, rows_of
@@ -54,8 +56,10 @@ class Conversion:
         self._frames = FrameTrack(self._setting)
         self._clocks = ClockTrack(self._setting)
         self._flow = FlowTrack(self._setting)
+        self._identities = IdentityTrack(self._setting)
         self._lanes = LaneTrack(self._setting) if self._setting.shown.sum() <= options.detail_nodes else None
         own: list[Track] = [self._frames, *_tracks(self._setting), self._energy, self._clocks, self._flow]
+        own.append(self._identities)
         self._tracks = [*own, *([self._lanes] if self._lanes else [])]
         self._present: set[str] = set()
 
@@ -67,7 +71,7 @@ class Conversion:
         lanes = self._lanes.busiest() if self._lanes else []
         bounds = self.scene.bounds(len(legend))
         left = Left(bounds, self._flow.bounds, self._setting.options.graph)
-        contents = Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left)
+        contents = Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left, self._identities.bounds)
         recording.send_blueprint(make_blueprint(contents, self.pace))
 
     def _noted(self) -> Iterator[Chunk]:
@@ -145,5 +149,5 @@ def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) ->
 def _tracks(setting: Setting) -> list[Track]:
     tracks: list[Track] = [make(setting) for make in (LinkTrack, RouteTrack, RateTrack, NodeColourTrack, DownTrack)]
     tracks += [make(setting) for make in (FaultTrack, TargetTrack, EstimateTrack, RoundTrack, AccuracyTrack, LogTrack)]
-    tracks += [make(setting) for make in (BeliefTrack, ParticleTrack, LeaderTrack, TrailTrack)]
+    tracks += [make(setting) for make in (BeliefTrack, GroupTrack, ParticleTrack, LeaderTrack, TrailTrack)]
     return tracks

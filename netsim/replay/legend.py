@@ -115,7 +115,7 @@ def _node_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
 def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
     yield from _track_marks(present)
     if "/map/targets" in present:
-        yield Mark("target", outline=style.TARGET)
+        yield Mark("target", outline=style.TARGET if scene.group_range_m is None else style.kind_colour(0))
     if "/map/estimates" in present:
         yield Mark("estimate", discs=[(0.0, 0.5, style.ESTIMATE)])
     if "/map/routes" in present:
@@ -145,6 +145,9 @@ def _track_marks(present: Collection[str]) -> Iterator[Mark]:
         colours = [style.kind_colour(track) for track in range(3)]
         discs = [(s, size, c) for s, size, c in zip((-1.3, 0.0, 1.3), (0.2, 0.4, 0.6), colours, strict=True)]
         yield Mark("particles of a track, larger by weight", discs=discs)
+    if "/map/groups" in present:
+        yield Mark("group of a track", ring=style.kind_colour(0))
+        yield Mark("joint group", ring=style.JOINT)
     if "/map/leaders" in present:
         yield Mark("leader", square=(style.LEADER, 0.9))
     if "/map/neighbours" in present:

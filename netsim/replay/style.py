@@ -40,6 +40,7 @@ ESTIMATE_DIM: Rgba = (255, 70, 220, 150)
 TRAIL: Rgba = (255, 150, 235, 255)
 TARGET_DIM: Rgba = (190, 150, 125, 255)
 LEADER: Rgba = (255, 255, 255, 255)
+JOINT: Rgba = (205, 212, 222, 255)
 NEIGHBOUR: Rgba = (165, 175, 190, 255)
 SENSOR_COLOURS: dict[str, Rgba] = {"amplitude": (245, 179, 1, 255), "bearing": (63, 190, 235, 255)}
 UNIFORM_BELIEF = 0.02
@@ -94,6 +95,7 @@ _LAYERS = (
     "links",
     "routes",
     "model",
+    "groups",
     "particles",
     "targets",
     "acks",
@@ -151,5 +153,11 @@ def role_colours(roles: Sequence[str]) -> Colours:
 
 
 def kind_colour(position: int) -> Rgba:
-    """The colour of the n-th message kind that is met."""
+    """The colour of the n-th message kind that is met, and of the track and the target of a number."""
     return KIND_COLOURS[position % len(KIND_COLOURS)]
+
+
+def dim(colour: Rgba) -> Rgba:
+    """A colour half as bright."""
+    red, green, blue, opacity = colour
+    return red // 2, green // 2, blue // 2, opacity
