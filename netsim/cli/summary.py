@@ -144,6 +144,8 @@ def _messages(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 def _energy(figures: Mapping[str, Any]) -> Iterator[Row]:
     yield "energy", f"{figures['energy_j']:.4g} J"
+    if "energy_beyond_listening_j" in figures:
+        yield "  beyond listening, sleep and idling", f"{figures['energy_beyond_listening_j']:.4g} J"
     states = sorted(figures["energy_by_state_j"].items(), key=lambda item: -item[1])
     for state, joules in states[:SHOWN_STATES]:
         if joules > 0.0:
