@@ -7,7 +7,7 @@ from pathlib import Path
 from netsim.cli.console import say, tell
 from netsim.errors import ScenarioError, TraceError
 from netsim.flow.load import load_flow
-from netsim.replay import ReplayOptions, check_window, node_ids, save, screenshot, serve, view
+from netsim.replay import ReplayOptions, check_instant, check_window, node_ids, save, screenshot, serve, view
 from netsim.scenario.folder import METRICS_FILE, SCENARIO_FILE, TRACE_FILE
 from netsim.study.info import INFO_FILE
 from netsim.trace.reader import has_events, is_complete, trace_metadata
@@ -97,6 +97,8 @@ def replay_command(
     )
     _check(options, sinks)
     check_window(trace, options)
+    if sinks.at_s is not None:
+        check_instant(trace, sinks.at_s)
     if options.graph:
         load_flow(trace)  # says what is missing
     if sinks.save is not None:

@@ -9,11 +9,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from netsim.errors import NetsimError, ScenarioError, TraceError
-from netsim.replay.check import check_window, node_ids
+from netsim.replay.check import check_instant, check_window, node_ids
 from netsim.replay.options import ReplayOptions
 
 __all__ = [
     "ReplayOptions",
+    "check_instant",
     "check_window",
     "node_ids",
     "save",

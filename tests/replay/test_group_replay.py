@@ -21,7 +21,7 @@ places = st.tuples(st.floats(-20, 20), st.floats(-20, 20))
 
 
 def write_meeting(path: Path) -> None:
-    """Tracks 0 and 7 apart at 1 s, joint at 2 s, apart at 3 s; nobody speaks of track 0 any more; 9 begins at 9 s."""
+    """Tracks 0 and 7 apart at 1 s, joint at 2 s, apart at 3 s; nobody speaks of track 0 any more; 9 begins at 9 s, far away."""
     ways = {0: [(5, 5), (9, 5), (5, 5)], 7: [(25, 5), (13, 5), (25, 5)]}
     with TraceWriter(path, {}) as writer:
         writer.write(named_nodes("a", "b", "c"), 0)
@@ -36,7 +36,7 @@ def write_meeting(path: Path) -> None:
             for group in [[0, 7]] if second == 2 else [[0], [7]]:
                 writer.write(Particles(0, second, group, 1, [1.0], [1.0] * len(group), [1.0] * len(group)), second * S)
         for second, track in sorted([*((second, 7) for second in range(4, 12)), (9, 9)]):
-            writer.write(Estimate(0, track, 25.0, 5.0, []), second * S)
+            writer.write(Estimate(0, track, 25.0 if track == 7 else 80.0, 5.0, []), second * S)
             writer.write(Identity(0, track, [0.0, 1.0]), second * S)
             writer.write(Particles(0, second, [track], 1, [1.0], [1.0], [1.0]), second * S)
 
@@ -100,6 +100,12 @@ def test_targets_have_colours_of_their_own_where_there_are_groups(rows: Table) -
     colours = timed(rows["/map/targets"], "LineStrips2D:colors")[0]
     assert colours == [_packed(style.kind_colour(0)), _packed(style.kind_colour(1))]
     assert all("LineStrips2D:colors" not in row or row["LineStrips2D:colors"] for row in rows["/map/targets"])
+
+
+def test_a_track_beyond_the_cut_off_has_no_error(rows: Table) -> None:
+    (error_m,) = timed(rows["/plots/track/error_0"], "Scalars:scalars")[2 * S]
+    assert error_m == 4.0
+    assert "/plots/track/error_9" not in rows
 
 
 @given(places, st.lists(places, max_size=4), st.floats(0.5, 10))
