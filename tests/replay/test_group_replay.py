@@ -21,7 +21,7 @@ places = st.tuples(st.floats(-20, 20), st.floats(-20, 20))
 
 
 def write_meeting(path: Path) -> None:
-    """Tracks 0 and 7 apart at 1 s, joint at 2 s, apart at 3 s; nobody speaks of track 0 any more; 9 begins at 9 s, far away."""
+    """Tracks 0 and 7 apart at 1 s, joint at 2 s, apart at 3 s; nobody speaks of 0 any more; 9 begins at 9 s, far away."""
     ways = {0: [(5, 5), (9, 5), (5, 5)], 7: [(25, 5), (13, 5), (25, 5)]}
     with TraceWriter(path, {}) as writer:
         writer.write(named_nodes("a", "b", "c"), 0)
