@@ -34,6 +34,7 @@ class GroupTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._range_m = setting.scene.group_range_m
+        self._box = setting.scene.box
         self._pace = setting.pace
         self._places: defaultdict[int, dict[int, Place]] = defaultdict(dict)
         """Estimates on the map, by track and instant."""
@@ -60,9 +61,7 @@ class GroupTrack:
             return
         told = [(at_ns, track, (self._places[track].get(at_ns), group)) for at_ns, track, group in self._groups]
         rows = {
-            at_ns: _outlines(
-                {track: (place, group) for track, (place, group) in tracks.items() if place}, self._range_m
-            )
+            at_ns: self._outlines({track: (place, group) for track, (place, group) in tracks.items() if place})
             for at_ns, tracks in standing(told, self._pace).items()
         }
         yield static(_PATH, rr.LineStrips2D.from_fields(draw_order=style.ORDER["groups"]))
@@ -74,31 +73,36 @@ class GroupTrack:
         )
         yield timed(_PATH, np.array(list(rows), np.int64), columns.partition([len(each) for each in rows.values()]))
 
+    def _outlines(self, tracks: Mapping[int, tuple[Place, tuple[int, ...]]]) -> list[Outline]:
+        """A circle of every track, without what lies inside those of its group, or off the map."""
+        found: list[Outline] = []
+        for track, (place, group) in tracks.items():
+            joint = len(group) > 1
+            look = (style.JOINT, _JOINT_WIDTH) if joint else (style.kind_colour(track), _WIDTH)
+            others = [
+                tracks[mate][0] for mate in group if mate != track and mate in tracks and tracks[mate][1] == group
+            ]
+            arcs = outer_arcs(place, others, self._range_m or 0.0, self._box)
+            found += [(arc, *look) for arc in arcs]
+        return found
 
-def _outlines(tracks: Mapping[int, tuple[Place, tuple[int, ...]]], range_m: float) -> list[Outline]:
-    """A circle of every track, without what lies inside those of its group."""
-    found: list[Outline] = []
-    for track, (place, group) in tracks.items():
-        joint = len(group) > 1
-        look = (style.JOINT, _JOINT_WIDTH) if joint else (style.kind_colour(track), _WIDTH)
-        others = [tracks[mate][0] for mate in group if mate != track and mate in tracks and tracks[mate][1] == group]
-        found += [(arc, *look) for arc in outer_arcs(place, others, range_m)]
-    return found
 
-
-def outer_arcs(centre: Place, others: Sequence[Place], radius_m: float) -> list[NDArray[np.float64]]:
+def outer_arcs(
+    centre: Place, others: Sequence[Place], radius_m: float, box: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> list[NDArray[np.float64]]:
     """The parts of a circle that are in no other one of the same radius.
 
     Args:
         centre: Its centre.
         others: Those of the others.
         radius_m: The radius.
+        box: Opposite corners of what holds the map; what is outside is left out.
 
     Returns:
         Lines of two points or more, shape (n, 2) each; circles around one place do not hide each other.
     """
     points = np.array(centre) + radius_m * _CIRCLE
-    hidden = np.zeros(len(points), bool)
+    hidden = np.any((points < box[0]) | (points > box[1]), axis=1)
     for other in others:
         hidden |= np.hypot(*(points - np.array(other)).T) < radius_m * (1.0 - 1e-9)
     edges = [0, *(np.flatnonzero(np.diff(hidden)) + 1).tolist(), len(points)]

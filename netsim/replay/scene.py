@@ -86,6 +86,11 @@ class Scene:
         """Whether nodes have so many links that drawing them all gives a cloud of lines."""
         return self.links is not None and len(self.links.source) > _CALM_LINKS * len(self.place)
 
+    @property
+    def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Opposite corners, on the map, of what holds the field and every node: below it is the legend."""
+        return _outline(self)
+
     def rows(self, nodes: NDArray[np.integer]) -> NDArray[np.int64]:
         """Rows of node ids; -1 for unknown ids such as `BROADCAST`."""
         return _rows(self.row_of, nodes)

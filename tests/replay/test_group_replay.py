@@ -102,6 +102,14 @@ def test_targets_have_colours_of_their_own_where_there_are_groups(rows: Table) -
     assert all("LineStrips2D:colors" not in row or row["LineStrips2D:colors"] for row in rows["/map/targets"])
 
 
+def test_what_is_off_the_map_is_left_out(rows: Table) -> None:
+    arcs = timed(rows["/map/groups"], "LineStrips2D:strips")
+    assert all((np.abs(np.array(arc) - (15.0, -5.0)) <= (15.0, 5.0)).all() for each in arcs.values() for arc in each)
+    half = outer_arcs((0.0, 0.0), [], 1.0, (np.array([0.0, -9.0]), np.array([9.0, 9.0])))
+    assert all((arc >= (0.0, -1.0)).all() for arc in half)
+    assert 119 <= sum(len(arc) for arc in half) <= 122  # of 241 points, of which the first is the last
+
+
 def test_a_track_beyond_the_cut_off_has_no_error(rows: Table) -> None:
     (error_m,) = timed(rows["/plots/track/error_0"], "Scalars:scalars")[2 * S]
     assert error_m == 4.0
@@ -110,7 +118,7 @@ def test_a_track_beyond_the_cut_off_has_no_error(rows: Table) -> None:
 
 @given(places, st.lists(places, max_size=4), st.floats(0.5, 10))
 def test_outer_arcs_are_on_the_circle_and_in_no_other(centre, others, radius_m):
-    arcs = outer_arcs(centre, others, radius_m)
+    arcs = outer_arcs(centre, others, radius_m, (np.full(2, -99.0), np.full(2, 99.0)))
     for arc in arcs:
         assert len(arc) > 1
         np.testing.assert_allclose(np.hypot(*(arc - centre).T), radius_m, rtol=1e-9)

@@ -104,7 +104,7 @@ def test_the_command_prints_a_line_for_every_track(
     track_command(trace, None, None, as_json=False)
     told = capsys.readouterr().out
     assert told.count("0.50 0.50") == 2 * (STEPS - JOINT.stop)
-    assert "1 joint group: 4.0 to 7.0 s" in told
+    assert "1 joint group: tracks 0 1 from 4.0 to 7.0 s" in told
     track_command(trace, tmp_path / "p.svg", [5.0], as_json=True)
     first = json.loads(capsys.readouterr().out)[0]
     assert first["group"] == [0, 1]
