@@ -256,8 +256,8 @@ class TimeLine:
 
     def _on_identity(self, event: Identity, now_ns: int) -> None:
         if event.node == self._node:
-            chances = listed(f"{value:.4g} target {number}" for number, value in enumerate(event.probability))
-            self._add(now_ns, "believes", f"track {event.track} follows with probability {chances}")
+            chances = listed(f"target {number} ({value:.4g})" for number, value in enumerate(event.probability))
+            self._add(now_ns, "believes", f"track {event.track} follows {chances}")
 
     def _on_particles(self, event: Particles, now_ns: int) -> None:
         if event.node == self._node:

@@ -71,7 +71,7 @@ EVENTS: list[tuple[Event, str, str]] = [
     (Association(1, [2, -1], 4), "decides", "targets 2, none, as before (after round 4)"),
     (Marginals(1, 7, [0.25, 0.75], 3, 0), "believes", "marginal of x7: 0.25, 0.75 (after round 3)"),
     (Estimate(1, 2, 3.0, 4.0, []), "estimates", "track 2 at (3, 4) m"),
-    (Identity(1, 2, [0.25, 0.75]), "believes", "track 2 follows with probability 0.25 target 0, 0.75 target 1"),
+    (Identity(1, 2, [0.25, 0.75]), "believes", "track 2 follows target 0 (0.25), target 1 (0.75)"),
     (Particles(1, 9, [2, 4], 2, [0.5, 0.5], [1.0] * 4, [1.0] * 4), "believes", "2 particles of track 2, 4"),
     (Role(1, "leader 4", 1), "role", "becomes leader of track 4"),
     (Role(1, "leader", 0), "role", "is no longer leader"),
