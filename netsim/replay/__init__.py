@@ -11,6 +11,7 @@ from pathlib import Path
 from netsim.errors import NetsimError, ScenarioError, TraceError
 from netsim.replay.check import check_instant, check_window, node_ids
 from netsim.replay.options import ReplayOptions
+from netsim.replay.whole import whole
 
 __all__ = [
     "ReplayOptions",
@@ -26,8 +27,9 @@ __all__ = [
 
 _SIZE = (1400, 900)
 _RECORDING_MAGIC = b"RRF"
-# Rerun logs by itself; that a trace was cut short is told by our reader already.
-os.environ.setdefault("RUST_LOG", "warn,re_mcap=error")
+# Rerun logs by itself; that a trace was cut short is told by our reader already, and of such a one Rerun may complain of
+# every message.
+os.environ.setdefault("RUST_LOG", "warn,re_mcap=off")
 
 
 def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None = None) -> None:
@@ -41,7 +43,8 @@ def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None 
     from netsim.replay.convert import save_recording
 
     try:
-        save_recording(Path(trace), Path(rrd_path), options or ReplayOptions())
+        with whole(Path(trace)) as complete:
+            save_recording(complete, Path(rrd_path), options or ReplayOptions())
     except (OSError, RuntimeError) as error:
         msg = f"{rrd_path}: cannot write the recording: {error}"
         raise TraceError(msg) from error

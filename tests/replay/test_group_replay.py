@@ -1,6 +1,7 @@
 """What a replay shows of collaboration groups: their regions, and who is who."""
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from recordings import Table, named_nodes, recording, timed
 from netsim.replay import style
 from netsim.replay.groups import outer_arcs
 from netsim.trace.events import Estimate, FieldInfo, Identity, Particles, Problem, TruthTargets
+from netsim.trace.reader import TruncatedTraceWarning
 from netsim.trace.writer import TraceWriter
 
 S = 1_000_000_000
@@ -63,6 +65,22 @@ def test_a_joint_group_is_the_outline_of_both_circles(rows: Table) -> None:
     off_m = np.stack([np.hypot(*(points - centre).T) for centre in [(9, -5), (13, -5)]])
     np.testing.assert_allclose(off_m.min(axis=0), RANGE_M, rtol=1e-6)
     assert set(timed(rows["/map/groups"], "LineStrips2D:colors")[2 * S]) == {_packed(style.JOINT)}
+
+
+def test_of_a_trace_without_its_end_all_is_shown(rows: Table, tmp_path: Path) -> None:
+    write_meeting(tmp_path / "whole.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes((tmp_path / "whole.mcap").read_bytes()[:-400])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TruncatedTraceWarning)
+        shown = recording(cut, tmp_path)
+    shapes = {
+        "/map/groups": "LineStrips2D:strips",
+        "/map/particles/7": "Points2D:positions",
+        "/identity/text": "Points2D:labels",
+    }
+    for path, component in shapes.items():
+        assert timed(shown[path], component) == timed(rows[path], component)
 
 
 def test_regions_go_when_nobody_speaks_of_them(rows: Table) -> None:
