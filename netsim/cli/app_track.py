@@ -21,10 +21,12 @@ def track(
     as_json: Annotated[bool, typer.Option("--json", help="Print the steps as JSON.")] = False,
     debug: Debug = False,
 ) -> None:
-    """Show how a target is tracked: the belief of where it is, who leads, among whom the next leader was chosen.
+    """Show how targets are tracked: the beliefs of where they are, who leads, among whom the next leader was chosen.
 
     Prints a line for every belief; with --at or --out one for those of the instants shown. The picture has a map of each
-    instant, three in all unless --at says which, after Liu, Reich, Zhao 2002, Fig. 8, and the error over time below.
+    instant (some are chosen unless --at says which) and the error over time below. Where one leader holds the belief, it
+    is after Liu, Reich, Zhao 2002, Fig. 8; where groups do, after Liu, Chu, Liu, Reich, Zhao 2004, Fig. 6: particles,
+    regions of the groups, and for each track a bar of how probable it is to be each target.
     """
     from netsim.cli.track import track_command
 

@@ -1,14 +1,14 @@
 """`netsim replay`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from netsim.cli.console import say, tell
 from netsim.cli.live import live_command
 from netsim.errors import ScenarioError, TraceError
 from netsim.flow.load import load_flow
-from netsim.replay import ReplayOptions, check_window, node_ids, save, screenshot, serve, view
+from netsim.replay import ReplayOptions, check_instant, check_window, node_ids, save, screenshot, serve, view
 from netsim.scenario.folder import METRICS_FILE, SCENARIO_FILE, TRACE_FILE
 from netsim.study.info import INFO_FILE
 from netsim.trace.reader import has_events, is_complete, trace_metadata
@@ -88,26 +88,26 @@ def replay_command(
     sinks: Sinks,
 ) -> None:
     """Convert a trace and send it where the user wants it."""
+    options = ReplayOptions(
+        start_s=start_s, end_s=end_s, speed=speed, hold_s=hold_s, kinds=names(kinds), graph=sinks.graph
+    )
+    _check(options, sinks)
     if sinks.live:
-        options = ReplayOptions(start_s=start_s, end_s=end_s, speed=speed, hold_s=hold_s, kinds=names(kinds))
-        _check(options, sinks)
         _check_live(sinks)
         live_command(given, options, nodes, serve=sinks.serve)
         return
     trace = trace_file(given)
-    options = ReplayOptions(
-        start_s=start_s,
-        end_s=end_s,
-        speed=speed,
-        hold_s=hold_s,
-        kinds=names(kinds),
-        nodes=None if nodes is None else node_ids(trace, [part.strip() for part in nodes.split(",")]),
-        graph=sinks.graph,
-    )
-    _check(options, sinks)
+    if nodes is not None:
+        options = replace(options, nodes=node_ids(trace, [part.strip() for part in nodes.split(",")]))
     check_window(trace, options)
     if options.graph:
         load_flow(trace)  # says what is missing
+    _show(trace, options, sinks)
+
+
+def _show(trace: Path, options: ReplayOptions, sinks: Sinks) -> None:
+    if sinks.at_s is not None:
+        check_instant(trace, sinks.at_s)
     if sinks.save is not None:
         save(trace, sinks.save, options)
         say(f"wrote {sinks.save}; open it with: rerun {sinks.save}")

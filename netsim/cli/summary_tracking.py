@@ -16,7 +16,7 @@ def tracking_rows(figures: Mapping[str, Any]) -> Iterator[Row]:
             interval = f"{figures['nees_mean_low']:.4g} to {figures['nees_mean_high']:.4g}"
             yield f"NEES, mean (consistent: {interval})", number(figures["nees_mean"])
         if "identity_accuracy" in figures:
-            yield f"identities right, of {figures['identities']} beliefs", percent(figures["identity_accuracy"])
+            yield from _identities(figures)
     if "group_reports" in figures:
         yield from _groups(figures)
     if "handoffs" in figures:
@@ -43,11 +43,19 @@ def _switches(figures: Mapping[str, Any]) -> Iterator[Row]:
         yield "  switches of tracks, losses", f"{figures['track_switches']} and {figures['track_losses']}"
 
 
+def _identities(figures: Mapping[str, Any]) -> Iterator[Row]:
+    """Who is who; beliefs of tracks that follow no target are neither right nor wrong."""
+    yield "identities right, of tracks with a target", percent(figures["identity_accuracy"])
+    yield "  probability of the right one in the end, mean", percent(figures["identity_probability_last"])
+    if figures.get("identity_messages"):
+        yield "  messages about it", f"{figures['identity_messages']:,}"
+
+
 def _groups(figures: Mapping[str, Any]) -> Iterator[Row]:
     """Of collaboration groups, whose leaders collect the readings of an instant before they tell an estimate."""
     yield "error of estimates at their reading, mean", metres(figures["reading_error_mean_m"])
     if figures["reading_nees_mean"] is not None:
-        yield "  NEES at the reading (consistent: 2)", number(figures["reading_nees_mean"])
+        yield "  NEES at the reading (expected: 2)", number(figures["reading_nees_mean"])
     yield "merges and splits of groups", f"{figures['group_merges']} and {figures['group_splits']}"
     yield "  readings taken jointly", percent(figures["joint_readings_share"])
     yield (
@@ -55,6 +63,8 @@ def _groups(figures: Mapping[str, Any]) -> Iterator[Row]:
         metres(figures["report_distance_mean_m"]),
     )
     yield "changes of a track's leader", f"{figures['track_leader_changes']:,}"
+    if given := figures["radio_messages_by_kind"].get("given"):
+        yield "  messages with a belief", f"{given:,}"
     longest, total = seconds(figures["track_two_leaders_longest_s"]), seconds(figures["track_two_leaders_s"])
     yield "  two leaders of a track, longest", f"{longest} (in all {total})"
 

@@ -11,7 +11,7 @@ import numpy as np
 from netsim.cli.console import counted, say, show
 from netsim.cli.tables import plain_table
 from netsim.cli.track_times import chosen_times_ns, draw
-from netsim.snapshots.group_moment import GroupTrack, group_moment, joint_spans_ns, settled_ns, usual_group_times_ns
+from netsim.snapshots.group_moment import GroupTrack, group_moment, joint_groups, settled_ns, usual_group_times_ns
 from netsim.snapshots.load import TrackRun
 from netsim.units import NS_PER_S
 
@@ -73,6 +73,10 @@ def _print(run: TrackRun, tracks: Sequence[GroupTrack]) -> None:
             " ".join(f"{chance:.2f}" for chance in track.row) or "-",
         )
     show(table)
-    spans = joint_spans_ns(run)
-    when = "; ".join(f"{begin_ns / NS_PER_S:.1f} to {end_ns / NS_PER_S:.1f} s" for begin_ns, end_ns in spans)
-    say(f"{counted(len(spans), 'joint group')}{f': {when}' if spans else ''}; identity: probability of each target")
+    groups = joint_groups(run)
+    when = "; ".join(
+        f"tracks {' '.join(map(str, tracks))} from {begin_ns / NS_PER_S:.1f} to {end_ns / NS_PER_S:.1f} s"
+        for tracks, begin_ns, end_ns in groups
+    )
+    say(f"{counted(len(groups), 'joint group')}{f': {when}' if groups else ''}")
+    say("identity: probability of each target; spread: of the weighted particles")

@@ -59,6 +59,7 @@ ERROR_METRICS: Final = (
     "count_error",
     "pair_error_linf",
     "marginal_error_linf",
+    "reading_error_mean_m",
     "estimate_error_mean_m",
     "position_error_mean_m",
     "ospa_mean_m",
@@ -73,6 +74,7 @@ DEFAULT_COSTS: Final = ("energy_j", "energy_beyond_listening_j", "radio_messages
 DEFAULT_METRICS: Final = (
     *ERROR_METRICS,
     "identity_accuracy",
+    "identity_probability_last",
     "targets_followed_share",
     "outage_longest_s",
     "graph_messages_per_sensor",

@@ -28,6 +28,7 @@ from netsim.trace.events import (
     MessageDropped,
     MessageSent,
     NodeLife,
+    Particles,
     RadioState,
     Role,
     RouteChange,
@@ -107,6 +108,7 @@ class TimeLine:
             Marginals: self._on_marginals,
             Estimate: self._on_estimate,
             Identity: self._on_identity,
+            Particles: self._on_particles,
             Belief: self._on_belief,
             Handoff: self._on_handoff,
             AlgorithmRecord: self._on_algorithm,
@@ -218,7 +220,8 @@ class TimeLine:
 
     def _on_role(self, event: Role, now_ns: int) -> None:
         if event.node == self._node:
-            self._add(now_ns, "role", f"{'becomes' if event.holds else 'is no longer'} {event.role}")
+            role = event.role.replace("leader ", "leader of track ")
+            self._add(now_ns, "role", f"{'becomes' if event.holds else 'is no longer'} {role}")
 
     def _on_graph_messages(self, event: GraphMessages, now_ns: int) -> None:
         if event.node != self._node:
@@ -249,12 +252,17 @@ class TimeLine:
 
     def _on_estimate(self, event: Estimate, now_ns: int) -> None:
         if event.node == self._node:
-            self._add(now_ns, "estimates", f"target {event.target} at ({event.x_m:.4g}, {event.y_m:.4g}) m")
+            self._add(now_ns, "estimates", f"track {event.target} at ({event.x_m:.4g}, {event.y_m:.4g}) m")
 
     def _on_identity(self, event: Identity, now_ns: int) -> None:
         if event.node == self._node:
-            numbers = listed(f"{value:.4g}" for value in event.probability)
-            self._add(now_ns, "believes", f"track {event.track} follows targets by {numbers}")
+            chances = listed(f"target {number} ({value:.4g})" for number, value in enumerate(event.probability))
+            self._add(now_ns, "believes", f"track {event.track} follows {chances}")
+
+    def _on_particles(self, event: Particles, now_ns: int) -> None:
+        if event.node == self._node:
+            tracks = listed(str(track) for track in event.target)
+            self._add(now_ns, "believes", f"{counted(len(event.weight), 'particle')} of track {tracks}")
 
     def _on_belief(self, event: Belief, now_ns: int) -> None:
         if event.node == self._node:

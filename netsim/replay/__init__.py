@@ -9,11 +9,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from netsim.errors import NetsimError, ScenarioError, TraceError
-from netsim.replay.check import check_window, node_ids
+from netsim.replay.check import check_instant, check_window, node_ids
 from netsim.replay.options import ReplayOptions
+from netsim.replay.whole import whole
 
 __all__ = [
     "ReplayOptions",
+    "check_instant",
     "check_window",
     "live",
     "node_ids",
@@ -26,8 +28,9 @@ __all__ = [
 
 _SIZE = (1400, 900)
 _RECORDING_MAGIC = b"RRF"
-# Rerun logs by itself; that a trace was cut short is told by our reader already, that a viewer is gone by our errors.
-os.environ.setdefault("RUST_LOG", "warn,re_mcap=error,re_grpc_client=off,re_sdk=off")
+# Rerun logs by itself; that a trace was cut short is told by our reader already (of such a one Rerun may complain of every
+# message), that a viewer is gone by our errors.
+os.environ.setdefault("RUST_LOG", "warn,re_mcap=off,re_grpc_client=off,re_sdk=off")
 
 
 def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None = None) -> None:
@@ -41,7 +44,8 @@ def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None 
     from netsim.replay.convert import save_recording
 
     try:
-        save_recording(Path(trace), Path(rrd_path), options or ReplayOptions())
+        with whole(Path(trace)) as complete:
+            save_recording(complete, Path(rrd_path), options or ReplayOptions())
     except (OSError, RuntimeError) as error:
         msg = f"{rrd_path}: cannot write the recording: {error}"
         raise TraceError(msg) from error

@@ -52,6 +52,19 @@ def check_window(trace: Path | str, options: ReplayOptions) -> None:
         _check_kinds(path, options.kinds)
 
 
+def check_instant(trace: Path | str, at_s: float) -> None:
+    """Make sure that a picture's instant is within the trace.
+
+    Raises:
+        ScenarioError: If it is not.
+        TraceError: If the trace cannot be read.
+    """
+    end_s = last_time_ns(Path(trace)) / NS_PER_S
+    if not 0.0 <= at_s <= end_s:
+        msg = f"--at: expected an instant from 0 to {end_s:g} s, where the trace ends, got {at_s:g} s"
+        raise ScenarioError(msg)
+
+
 def node_table(path: Path) -> NodeTable:
     """Who takes part.
 

@@ -18,6 +18,7 @@ from netsim.replay.convert import Conversion
 from netsim.replay.options import Pace, ReplayOptions, decide
 from netsim.replay.track import Kinds
 from netsim.replay.viewer import listening
+from netsim.replay.whole import whole
 from netsim.trace.reader import TruncatedTraceWarning, has_events, last_time_ns, trace_metadata
 from netsim.trace.writer import partial_path
 from netsim.units import s_to_ns
@@ -77,9 +78,10 @@ class Follower:
         return is_finished or end_ns >= pace.end_ns
 
     def _convert(self, path: Path, window: Pace) -> None:
-        conversion = Conversion(path, self._options, window, self._kinds)
         before = self._contents
-        contents = conversion.send(self._recording, before.present if before else ())
+        with whole(path) as complete:
+            conversion = Conversion(complete, self._options, window, self._kinds)
+            contents = conversion.send(self._recording, before.present if before else ())
         if before is not None:
             contents = _merged(before, contents)
         if before is None or _differ(before, contents):

@@ -148,7 +148,7 @@ class EstimateTrack:
 
     def _points(self, batch: Batch, name: str) -> Chunk:
         positions = np.column_stack([batch.numbers("x_m"), -batch.numbers("y_m")])
-        whose = f"target {name}".replace("_thread_", ", thread ")
+        whose = f"track {name}".replace("_thread_", ", thread ")
         labels = [f"{whose} by {self._setting.label(int(node))}" for node in batch.numbers("node")]
         columns = rr.Points2D.columns(positions=positions, labels=labels)
         return timed(f"/map/estimates/{name}", batch.time_ns, columns)

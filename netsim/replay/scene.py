@@ -4,6 +4,7 @@ Coordinates on the map are metres with y negated, since 2-D views point y down.
 """
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +58,7 @@ class Scene:
         field: The field, if the trace has one.
         model: The graphical model's placement, if the trace has one.
         group_range_m: Within which of a track's place sensors are of its group; None where there are no groups.
+        cut_off_m: From which distance on such a track follows no target.
     """
 
     nodes: NodeTable
@@ -67,6 +69,7 @@ class Scene:
     field: FieldInfo | None
     model: VariablePlacement | None
     group_range_m: float | None = None
+    cut_off_m: float = math.inf
 
     @property
     def place(self) -> NDArray[np.float64]:
@@ -82,6 +85,11 @@ class Scene:
     def crowded(self) -> bool:
         """Whether nodes have so many links that drawing them all gives a cloud of lines."""
         return self.links is not None and len(self.links.source) > _CALM_LINKS * len(self.place)
+
+    @property
+    def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Opposite corners, on the map, of what holds the field and every node: below it is the legend."""
+        return _outline(self)
 
     def rows(self, nodes: NDArray[np.integer]) -> NDArray[np.int64]:
         """Rows of node ids; -1 for unknown ids such as `BROADCAST`."""
@@ -143,15 +151,16 @@ def load_scene(path: Path) -> Scene:
         links if isinstance(links, LinkTable) else None,
         field if isinstance(field, FieldInfo) else None,
         model if isinstance(model, VariablePlacement) else None,
-        _group_range_m(problem) if isinstance(problem, Problem) else None,
+        *(_group_scale_m(problem) if isinstance(problem, Problem) else ()),
     )
 
 
-def _group_range_m(problem: Problem) -> float | None:
-    """The sensing range, where groups of sensors around targets track them."""
+def _group_scale_m(problem: Problem) -> tuple[float, ...]:
+    """Sensing range and cut-off, where groups of sensors around targets track them."""
     if problem.kind != "energy-tracking":
-        return None
-    return float(json.loads(problem.content_json)["sensing_range_m"])
+        return ()
+    content = json.loads(problem.content_json)
+    return float(content["sensing_range_m"]), float(content["cut_off_m"])
 
 
 def _moves(path: Path, row_of: NDArray[np.int64]) -> Moves:

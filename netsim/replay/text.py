@@ -120,7 +120,10 @@ class LogTrack:
 
     def _roles(self, batch: Batch) -> Lines:
         parts = zip(self._names(batch, "node"), batch.texts("role"), batch.numbers("holds"), strict=True)
-        texts = [f"{node}: {'becomes' if holds else 'is no longer'} {role}" for node, role, holds in parts]
+        texts = [
+            f"{node}: {'becomes' if holds else 'is no longer'} {role.replace('leader ', 'leader of track ')}"
+            for node, role, holds in parts
+        ]
         return batch.time_ns, texts, ["INFO"] * len(texts)
 
     def _handoffs(self, batch: Batch) -> Lines:

@@ -29,6 +29,7 @@ class TrailTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._pace = setting.pace
+        self._cut_off_m = setting.scene.cut_off_m
         self._has_colours = setting.scene.group_range_m is not None
         """Whether tracks and targets are told apart by colours."""
         self._truth: defaultdict[str, list[Fix]] = defaultdict(list)
@@ -114,7 +115,7 @@ class TrailTrack:
                     yield scalars(path, times[known], values[known])
 
     def _errors_m(self, fixes: Sequence[Fix]) -> NDArray[np.float64]:
-        """Distance from the nearest target that is there; not a number without any."""
+        """Distance from the nearest target that is there; not a number without any, or where it is beyond the cut-off."""
         times, xs, ys = (np.array(column) for column in zip(*fixes, strict=True))
         nearest = np.full(len(times), np.inf)
         for truth in self._truth.values():
@@ -122,7 +123,7 @@ class TrailTrack:
             off_m = np.hypot(np.interp(times, at, east) - xs, np.interp(times, at, north) - ys)
             there = (times >= at[0]) & ((times <= at[-1]) | (len(at) == 1))
             nearest = np.where(there, np.minimum(nearest, off_m), nearest)
-        return np.where(np.isfinite(nearest), nearest, np.nan)
+        return np.where(nearest < self._cut_off_m, nearest, np.nan)
 
 
 def _spread_m(covariance_m2: NDArray[np.float64]) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 from netsim.models.device_tables import load_radio
+from netsim.scenario.group_warnings import group_warnings
 from netsim.scenario.load import LoadedScenario
 from netsim.scenario.setting_warnings import setting_warnings
 from netsim.scenario.tracker_warnings import tracker_warnings
@@ -19,7 +20,7 @@ def scenario_warnings(loaded: LoadedScenario) -> Iterator[str]:
     """What a valid scenario does that is without effect or at odds with itself, each once."""
     checks: tuple[Callable[[LoadedScenario], Iterator[str]], ...] = (
         *(_time_sync, _faults, _duty_cycles, _guard_time),
-        *(_roles, tracking_warnings, tracker_warnings, setting_warnings),
+        *(_roles, tracking_warnings, tracker_warnings, group_warnings, setting_warnings),
     )
     yield from chain.from_iterable(check(loaded) for check in checks)
 

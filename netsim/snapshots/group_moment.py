@@ -101,6 +101,11 @@ def _track(run: TrackRun, number: int, cloud: Cloud, time_ns: int) -> GroupTrack
 
 def joint_spans_ns(run: TrackRun) -> list[tuple[int, int]]:
     """From the first to the last particles of every joint group, in order."""
+    return [(begin_ns, end_ns) for _, begin_ns, end_ns in joint_groups(run)]
+
+
+def joint_groups(run: TrackRun) -> list[tuple[tuple[int, ...], int, int]]:
+    """The tracks of every joint group, and from when to when it told particles, in order."""
     spans: list[tuple[tuple[int, ...], int, int]] = []
     together: dict[tuple[int, ...], int] = {}
     for cloud in run.clouds:
@@ -113,7 +118,7 @@ def joint_spans_ns(run: TrackRun) -> list[tuple[int, int]]:
             spans.append((cloud.tracks, cloud.time_ns, cloud.time_ns))
         number = together[cloud.tracks]
         spans[number] = *spans[number][:2], cloud.time_ns
-    return [(begin_ns, end_ns) for _, begin_ns, end_ns in spans]
+    return spans
 
 
 def usual_group_times_ns(run: TrackRun) -> list[int]:

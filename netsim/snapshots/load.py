@@ -1,6 +1,7 @@
 """From a trace to its tracks: sensors, targets, beliefs, estimates, identities, choices of leaders."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -124,6 +125,7 @@ class TrackRun:
         truth: Where targets are.
         targets: The same as it was recorded.
         range_m: Within which sensors are of a target's group; None where there are no groups.
+        cut_off_m: From which distance on a group's track follows no target.
         steps: All beliefs on grids, in order.
         clouds: All beliefs as particles, in order.
         rows: All beliefs of who is who, in order.
@@ -144,6 +146,7 @@ class TrackRun:
     truth: TargetTruth = field(default_factory=TargetTruth)
     targets: list[tuple[int, Points]] = field(default_factory=list)
     range_m: float | None = None
+    cut_off_m: float = math.inf
     steps: list[Step] = field(default_factory=list)
     clouds: list[Cloud] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
@@ -204,7 +207,10 @@ def load_track(trace: Path) -> TrackRun:
         message = f"{trace}: expected a table of nodes and a field, got none"
         raise TraceError(message)
     if not run.steps and not run.clouds:
-        message = f"{trace}: expected beliefs of where a target is, got none; the algorithm records none"
+        message = (
+            f"{trace}: expected beliefs of where a target is, got none; the algorithm records none, or the run ended "
+            "before the first"
+        )
         raise ScenarioError(message)
     return run
 
@@ -224,7 +230,8 @@ def _take_problem(run: TrackRun, event: Problem, _: int) -> None:
     if event.kind == "tracking":
         run.measures = {each["node"]: each["measures"] for each in json.loads(event.content_json)["sensors"]}
     elif event.kind == "energy-tracking":
-        run.range_m = float(json.loads(event.content_json)["sensing_range_m"])
+        content = json.loads(event.content_json)
+        run.range_m, run.cut_off_m = float(content["sensing_range_m"]), float(content["cut_off_m"])
 
 
 def _take_truth(run: TrackRun, event: TruthTargets, now_ns: int) -> None:

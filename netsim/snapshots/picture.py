@@ -135,14 +135,15 @@ def mark_instants(axes: Axes, span_ns: tuple[int, int], times_ns: Sequence[int])
 def errors_of(run: TrackRun, line: Line) -> tuple[list[float], list[float]]:
     """Times in seconds, and distances in metres of a line's estimates from the nearest target.
 
-    There is a gap, so that no line bridges it, where nothing is said for long.
+    There is a gap, so that no line bridges it, where nothing is said for long. Tracks of groups follow no target beyond
+    the cut-off, as one that has left; that is left out.
     """
     pairs = [
         (each.time_ns / NS_PER_S, run.truth.nearest_m(each.time_ns, each.place_m))
         for each in run.guesses
         if each.line == line
     ]
-    return _with_gaps([(time_s, off_m) for time_s, off_m in pairs if off_m is not None])
+    return _with_gaps([(time_s, off_m) for time_s, off_m in pairs if off_m is not None and off_m < run.cut_off_m])
 
 
 def _spread(run: TrackRun, line: Line) -> tuple[list[float], list[float]]:

@@ -94,6 +94,34 @@ def test_tracking_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) ->
     assert lost["of tracks that follow no target, left out"] == "40"
 
 
+def test_who_is_who_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    figures = FOLLOWED | {"identity_accuracy": 0.75, "identity_probability_last": 0.98}
+    rows = told(quiet, figures | {"identity_messages": 1234})
+    assert rows["identities right, of tracks with a target"] == "75.00 %"
+    assert rows["probability of the right one in the end, mean"] == "98.00 %"
+    assert rows["messages about it"] == "1,234"
+    lost = told(quiet, figures | {"identity_accuracy": None, "identity_probability_last": None, "identity_messages": 0})
+    assert lost["identities right, of tracks with a target"] == "-"
+    assert "messages about it" not in lost
+
+
+def test_groups_and_what_they_send_are_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    groups = {
+        "reading_error_mean_m": 5.9, "reading_nees_mean": 3.0, "group_reports": 9, "group_merges": 1, "group_splits": 1,
+        "joint_readings_share": 0.25, "report_distance_mean_m": 86.5, "track_leader_changes": 31,
+        "track_two_leaders_longest_s": 0.5, "track_two_leaders_s": 1.0, "radio_messages_by_kind": {"given": 26, "call": 3},
+    }  # fmt: skip
+    rows = told(quiet, FOLLOWED | groups)
+    assert rows["NEES at the reading (expected: 2)"] == "3"
+    assert rows["merges and splits of groups"] == "1 and 1"
+    assert rows["messages with a belief"] == "26"
+    assert "messages with a belief" not in told(quiet, FOLLOWED | groups | {"radio_messages_by_kind": {"call": 3}})
+
+
+def test_energy_that_is_not_listening_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
+    assert told(quiet, {"energy_beyond_listening_j": 5.847})["beyond listening, sleep and idling"] == "5.847 J"
+
+
 def test_what_was_proved_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
     assert told(quiet, {"map_proved": 1, "map_proved_share": 1.0})["most probable answer"] == "proved MAP"
     part = told(quiet, {"map_proved": 0, "map_proved_share": 0.25})["most probable answer"]

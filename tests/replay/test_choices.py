@@ -62,6 +62,13 @@ def test_a_picture_is_a_png_and_a_recording_a_recording(grid: Path, tmp_path: Pa
         replay.screenshot(tmp_path / "nowhere.rrd", tmp_path / "x.png", 1.0)
 
 
+def test_an_instant_is_within_the_trace(grid: Path) -> None:
+    for at_s in (20.5, -1.0, float("nan")):
+        with pytest.raises(ScenarioError, match="--at: expected an instant from 0 to 20 s, where the trace ends, got"):
+            replay.check_instant(grid, at_s)
+    replay.check_instant(grid, 20.0)
+
+
 @pytest.mark.parametrize("words", [1, 7, 40])
 def test_the_legend_is_whole_and_in_even_rows(words: int) -> None:
     entries = [Mark(f"entry {number}") for number in range(words)]

@@ -1,6 +1,7 @@
 """What a replay shows of who is who, and the colours of targets that groups track."""
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from recordings import Table, named_nodes, recording, timed
 
 from netsim.replay import style
 from netsim.trace.events import Estimate, FieldInfo, Identity, Particles, Problem, TruthTargets
+from netsim.trace.reader import TruncatedTraceWarning
 from netsim.trace.writer import TraceWriter
 
 S = 1_000_000_000
@@ -72,6 +74,21 @@ def test_targets_have_colours_of_their_own_where_there_are_groups(rows: Table) -
     colours = timed(rows["/map/targets"], "LineStrips2D:colors")[0]
     assert colours == [_packed(style.kind_colour(0)), _packed(style.kind_colour(1))]
     assert all("LineStrips2D:colors" not in row or row["LineStrips2D:colors"] for row in rows["/map/targets"])
+
+
+def test_of_a_trace_without_its_end_all_is_shown(rows: Table, tmp_path: Path) -> None:
+    write_meeting(tmp_path / "whole.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes((tmp_path / "whole.mcap").read_bytes()[:-400])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TruncatedTraceWarning)
+        shown = recording(cut, tmp_path)
+    shapes = {
+        "/map/particles/7": "Points2D:positions",
+        "/identity/text": "Points2D:labels",
+    }
+    for path, component in shapes.items():
+        assert timed(shown[path], component) == timed(rows[path], component)
 
 
 def _packed(colour: style.Rgba) -> int:

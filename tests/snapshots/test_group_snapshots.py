@@ -13,6 +13,7 @@ from netsim.snapshots.group_moment import group_moment, joint_spans_ns, usual_gr
 from netsim.snapshots.group_panel import draw_bars, draw_map, group_handles, said
 from netsim.snapshots.group_picture import draw_groups, write_group_picture
 from netsim.snapshots.load import TrackRun, load_track
+from netsim.snapshots.picture import errors_of
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +104,7 @@ def test_the_command_prints_a_line_for_every_track(
     track_command(trace, None, None, as_json=False)
     told = capsys.readouterr().out
     assert told.count("0.50 0.50") == 2 * (STEPS - JOINT.stop)
-    assert "1 joint group: 4.0 to 7.0 s" in told
+    assert "1 joint group: tracks 0 1 from 4.0 to 7.0 s" in told
     track_command(trace, tmp_path / "p.svg", [5.0], as_json=True)
     first = json.loads(capsys.readouterr().out)[0]
     assert first["group"] == [0, 1]
@@ -112,3 +113,11 @@ def test_the_command_prints_a_line_for_every_track(
     assert (tmp_path / "p.svg").exists()
     with pytest.raises(ScenarioError, match="at most 12 instants"):
         track_command(trace, tmp_path / "p.svg", [0.5 * step for step in range(13)], as_json=False)
+
+
+def test_no_error_is_drawn_beyond_the_cut_off(tmp_path: Path) -> None:
+    run = load_track(write_groups(tmp_path / "groups.mcap"))
+    assert len(errors_of(run, (0, 0))[0]) == STEPS
+    assert run.cut_off_m == 50.0
+    run.cut_off_m = 3.0  # estimates are 3 m off
+    assert errors_of(run, (0, 0)) == ([], [])

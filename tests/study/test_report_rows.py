@@ -56,6 +56,10 @@ def test_a_title_that_is_cut_shows_it() -> None:
         ("energy_j", (0.0, math.inf)),
         ("count_distance", (0.0, math.inf)),
         ("what_an_algorithm_records", (-math.inf, math.inf)),
+        ("identity_probability_last", (0.0, 1.0)),
+        ("identity_messages", (0.0, math.inf)),
+        ("joint_readings_share", (0.0, 1.0)),
+        ("targets_followed_share", (0.0, 1.0)),
     ],
 )
 def test_bounds(metric: str, bounds: tuple[float, float]) -> None:

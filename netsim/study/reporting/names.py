@@ -57,14 +57,22 @@ TITLES = {
     "outage_total_s": "time without a leader",
     "two_leaders_s": "time with two leaders",
     "two_leaders_longest_s": "longest time with two leaders",
+    "reading_error_mean_m": "mean error at the reading",
+    "reading_nees_mean": "mean NEES at the reading",
+    "report_distance_mean_m": "mean distance to the leader",
+    "report_distance_sum_m": "sum of distances to the leader",
+    "joint_readings_share": "share of joint readings",
+    "identity_probability_mean": "mean probability of the right identity",
+    "identity_probability_last": "probability of the right identity at the end",
 }
 SHARES = (
     *("association_error", "association_differs_from_exact_map", "marginal_error_linf", "map_proved", "count_error"),
-    *("count_marginal_error_linf", "targets_followed_share", "estimates_lost_share", "identity_"),
-    *("interval_width_", "gated_pairs_told_share", "events_incomplete_share"),
+    *("count_marginal_error_linf", "identity_accuracy", "identity_probability", "interval_width_"),
     *("delivery_ratio_unicast", "frame_reception_ratio_unicast"),
 )
-"""How the names of metrics begin that are shares of a whole, probabilities or their differences: none exceeds 1."""
+"""How the names of metrics begin that are shares of a whole, probabilities or their differences: none exceeds 1.
+
+What ends in `_share` is one, too."""
 SUFFIXES = ("_j", "_s", "_m", "_byte", "_days", "_nat", "_bit", "_m2")
 BOTH_UNKNOWN: tuple[str, Better] = ("1", "")
 
@@ -94,7 +102,7 @@ def bounds_of(metric: str) -> tuple[float, float]:
     """Between what a metric can lie: at least 0 for those of the catalogue, which count or measure, at most 1 for shares."""
     if _known(metric) is BOTH_UNKNOWN:
         return -math.inf, math.inf
-    return 0.0, 1.0 if metric.startswith(SHARES) else math.inf
+    return 0.0, 1.0 if metric.startswith(SHARES) or metric.endswith("_share") else math.inf
 
 
 def title_with(metric: str, unit: str) -> str:
