@@ -59,17 +59,21 @@ class Leading:
         """Lead a group that was given, or of it the tracks that nobody has led since, perhaps jointly with one's own."""
         news = kept(held, self._turns.news_in(held))
         if news is not None:
-            self._join_own(self.begin(news))
+            place = self.begin(news)
+            if news is not held:
+                self._identities.meet(news)
+            self._join_own(place)
 
     def begin(self, held: Held) -> int:
         """Lead a group, from the reading after its last one on, at the place that is returned."""
-        for place in list(self._groups):
-            self._lose(place, held.tracks)
+        broken = [self._lose(place, held.tracks) for place in list(self._groups)]
         if not held.is_blank:  # what a live leader gives counts for more
             self._turns.note(held.tracks, held.turn, self._station.node.id)
         place, self._next = self._next, self._next + 1
         self._groups[place] = held
         self._identities.lead(held)
+        for left in filter(None, broken):
+            self._identities.meet(left)
         self._tell_role(held.tracks, 1)
         self._station.node.spawn(self._lead(place))
         return place
@@ -101,9 +105,11 @@ class Leading:
                 self._refute(place, message, call)
             elif (held.turn, -self._station.node.id) < (call.turn, -message.source):
                 self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
-                self._lose(place, call.tracks)
+                left = self._lose(place, call.tracks)
                 common = sorted(set(held.tracks) & set(call.tracks))
                 self._identities.leave(common, Place(call.turn, message.source))
+                if left is not None:
+                    self._identities.meet(left)
             elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
                 self._answer(place, message)
 
@@ -126,13 +132,15 @@ class Leading:
         """A member's reading, for all groups of this node that it is in."""
         self._readings.note(message.source, decode_reading(message.payload))
 
-    def _lose(self, place: int, tracks: Collection[int]) -> None:
-        """Lead these tracks no more."""
-        held = self._groups.pop(place)
+    def _lose(self, place: int, tracks: Collection[int]) -> Held | None:
+        """Lead these tracks no more; what is left of a joint group that breaks up by that."""
+        held = self._fresh(place)
+        del self._groups[place]
         left = kept(held, set(held.tracks).difference(tracks))
         if left is not None:
             self._groups[place] = left
         self._tell_role(sorted(set(held.tracks).intersection(tracks)), 0)
+        return left if left is not held else None
 
     def _tell_role(self, tracks: Collection[int], holds: int) -> None:
         for track in tracks:

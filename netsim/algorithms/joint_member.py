@@ -13,7 +13,6 @@ import numpy as np
 
 from netsim.algorithms.joint_belief import particles_of
 from netsim.algorithms.joint_book import Calls
-from netsim.algorithms.joint_groups import kept
 from netsim.algorithms.joint_location import Whereabouts
 from netsim.algorithms.joint_messages import (
     Ask,
@@ -148,15 +147,21 @@ class Membership:
         return [track for track in tracks if self._heard.get(track) is call]
 
     def _take_over(self, call: Call, tracks: Collection[int]) -> None:
-        held = kept(self._anew(call), tracks)
-        if held is not None:
+        if tracks:
+            held = self._anew(call, tuple(track for track in call.tracks if track in tracks))
             self._station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
             self._claim(held)
 
-    def _anew(self, call: Call) -> Held:
-        """What a member can know: the targets were near the last estimates, and have moved since."""
+    def _anew(self, call: Call, tracks: tuple[int, ...]) -> Held:
+        """What a member can know of some of a call's tracks: they were near the last estimates, and have moved since.
+
+        A group of which only a part is taken over has parted: who is who among its tracks is open, whoever takes the rest.
+        """
         station = self._station
         elapsed = station.step - call.step + 1  # a call's estimates are a step old
         spread_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * elapsed
-        belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
-        return Held(station.step, call.turn + 1, call.tracks, belief, call.known.recovered(), is_blank=True)
+        centres_m = call.estimates_m[[call.tracks.index(track) for track in tracks]]
+        belief = uniform_disc(centres_m, spread_m, particles_of(station, len(tracks)), station.rng)
+        known = call.known.recovered()
+        known = known if tracks == call.tracks else known.met(call.tracks)
+        return Held(station.step, call.turn + 1, tracks, belief, known, is_blank=True)

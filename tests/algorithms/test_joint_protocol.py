@@ -197,6 +197,17 @@ def test_of_a_joint_group_of_two_leaders_none_loses_a_track_that_only_it_leads()
     assert seen == {0, 1}
 
 
+def test_who_takes_over_a_part_of_a_joint_group_does_not_know_who_is_who():
+    """The joint leader, node 4, falls silent, members near each track take that over; and it hears of it later."""
+    away = [rule(DROP, from_s=5.6, until_s=9.7, **end) for end in ({"source": 4}, {"destination": 4})]
+    run = bench([2.0, 6.0], [(2, 0, 2.0), (6, 1, 6.0)], *away, separate_m=5.0, duration_s=16.0)
+    assert len(logs(run, "taking over")) > 1
+    told = [(t / NS_PER_S, e.node, e.track, e.probability) for t, e in run.of(Identity) if t > 8 * NS_PER_S]
+    assert {track for time_s, node, track, _ in told if node != 4 and time_s < 9.7} == {0, 1}
+    assert all(row == [0.5, 0.5] for time_s, node, _, row in told if node != 4 or time_s > 11.0)
+    assert all(len(turns[-1][1]) == 1 for turns in leaders(run).values())
+
+
 def test_a_track_whose_target_is_gone_ends_and_nobody_takes_it_over():
     run = bench([], [(4, 0, 4.2)])
     assert logs(run, "ending") == ["track 0: nobody has read a target for 3 readings: ending"]
