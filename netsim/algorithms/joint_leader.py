@@ -99,19 +99,23 @@ class Leading:
         if not call.is_blank:
             self._turns.note(call.tracks, call.turn, message.source)
         for place, held in list(self._groups.items()):
-            if not set(held.tracks) & set(call.tracks):
-                continue
-            if call.is_blank and not held.is_blank and held.step >= call.step - 1:
-                self._refute(place, message, call)
-            elif (held.turn, -self._station.node.id) < (call.turn, -message.source):
-                self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
-                left = self._lose(place, call.tracks)
-                common = sorted(set(held.tracks) & set(call.tracks))
-                self._identities.leave(common, Place(call.turn, message.source))
-                if left is not None:
-                    self._identities.meet(left)
-            elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
-                self._answer(place, message)
+            if set(held.tracks) & set(call.tracks):
+                self._contend(place, message, call)
+
+    def _contend(self, place: int, message: Message, call: Call) -> None:
+        """Another leader speaks for some tracks of a group of this node."""
+        held = self._groups[place]
+        if call.is_blank and not held.is_blank and held.step >= call.step - 1:
+            self._refute(place, message, call)
+        elif (held.turn, -self._station.node.id) < (call.turn, -message.source):
+            self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
+            left = self._lose(place, call.tracks)
+            common = sorted(set(held.tracks) & set(call.tracks))
+            self._identities.leave(common, Place(call.turn, message.source))
+            if left is not None:
+                self._identities.meet(left)
+        elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
+            self._answer(place, message)
 
     def _refute(self, place: int, message: Message, call: Call) -> None:
         """Contradict a false claim, with a turn above its own (SWIM's incarnation numbers, Das et al. 2002, section 4.2)."""
