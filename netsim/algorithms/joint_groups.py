@@ -108,6 +108,7 @@ def kept(held: Held, tracks: Collection[int]) -> Held | None:
         tracks=tuple(held.tracks[index] for index in left),
         belief=replace(belief, positions_m=belief.positions_m[:, left]),
         known=held.known.met(held.tracks),
+        waiting=(),
     )
 
 

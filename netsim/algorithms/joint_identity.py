@@ -64,6 +64,26 @@ class Identities:
         copy = of_tracks(self._copies, held.tracks[0])
         return held if copy is None else replace(held, known=copy)
 
+    def with_waiting(self, held: Held) -> Held:
+        """A group that is to be given away, with the evidence about it that has not been told yet."""
+        if not any(track in self._evidence for track in held.tracks):
+            return held
+        nothing = np.ones(held.known.start.shape[1])
+        found = (self._evidence.get(track, nothing) for track in held.tracks)
+        return replace(held, waiting=tuple(tuple(likelihood.tolist()) for likelihood in found))
+
+    def keep_waiting(self, held: Held) -> None:
+        """Take over what has not been told yet of a group that was given."""
+        for track, likelihood in zip(held.tracks, held.waiting, strict=False):
+            self._evidence[track] = np.array(likelihood)
+
+    def fold(self, tracks: Collection[int]) -> None:
+        """Make evidence that waits about tracks that are joint part of what is known: it is of who they were till now."""
+        for track in tracks:
+            if track in self._evidence:
+                self._apply(track, self._evidence.pop(track))
+                self._station.node.spawn(self._charged(self._copy(track)))
+
     def lead(self, held: Held) -> None:
         """This node leads a group from now on."""
         self._absorb(held.known)

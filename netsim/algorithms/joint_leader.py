@@ -59,7 +59,8 @@ class Leading:
         """Lead a group that was given, or of it the tracks that nobody has led since, perhaps jointly with one's own."""
         news = kept(held, self._turns.news_in(held))
         if news is not None:
-            place = self.begin(news)
+            place = self.begin(replace(news, waiting=()))
+            self._identities.keep_waiting(news)
             if news is not held:
                 self._identities.meet(news)
             self._join_own(place)
@@ -180,8 +181,11 @@ class Leading:
             yield from self._decide(place, {other for reading in readings.values() for other in reading.others})
 
     def _fresh(self, place: int) -> Held:
-        """A group with what is known of its identities now."""
-        held = self._groups[place] = self._identities.fresh(self._groups[place])
+        """A group with what is known of its identities now; of a joint one all that has been learned."""
+        held = self._groups[place]
+        if len(held.tracks) > 1:
+            self._identities.fold(held.tracks)
+        held = self._groups[place] = self._identities.fresh(held)
         return held
 
     def _collected(self, held: Held, step: int) -> Op[Mapping[int, Reading]]:
@@ -250,7 +254,7 @@ class Leading:
 
     def _given(self, place: int, receiver: int) -> Op[bool]:
         """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered."""
-        held = self._fresh(place)
+        held = self._identities.with_waiting(self._fresh(place))
         self._leaving.add(place)
         is_taken = yield from give(self._station, held, receiver)
         self._leaving.discard(place)
@@ -288,6 +292,7 @@ class Leading:
         return any(self._belong(held, one) for one in near)
 
     def _merge(self, place: int, other: int) -> None:
+        self._identities.fold((*self._groups[place].tracks, *self._groups[other].tracks))
         station, held, each = self._station, self._fresh(place), self._fresh(other)
         del self._groups[other]
         both = joined(held, each, station.parameters.joint_particles, station.rng)

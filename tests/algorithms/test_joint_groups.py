@@ -92,11 +92,12 @@ def test_a_group_arrives_as_it_was_given(tracks, is_parted, has_met, quiet, is_b
     places_m = np.random.default_rng(1).uniform(-600.0, 600.0, (20, len(tracks), 2))
     known = acquainted(tracks, range(len(tracks)), 4)
     known = known.met(tracks) if len(tracks) > 1 else known
-    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet, is_blank)
+    waiting = tuple((1.0, 0.5, 0.25, track / 65536) for track in tracks) if is_parted else ()
+    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet, is_blank, waiting)
     there = decode_given(encode_given(held, width), width)
     assert (there.step, there.turn, there.tracks) == (9, 4, tracks)
     assert (there.is_parted, there.has_met, there.quiet) == (is_parted, has_met, min(quiet, 255))
-    assert there.is_blank == is_blank
+    assert (there.is_blank, there.waiting) == (is_blank, waiting)
     np.testing.assert_array_equal(there.rows, held.rows)
     places_m = places_m[np.lexsort(places_m.reshape(20, -1).T[::-1])]
     np.testing.assert_allclose(
