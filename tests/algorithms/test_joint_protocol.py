@@ -188,6 +188,18 @@ def test_two_groups_that_collide_merge_and_one_node_leads_both_tracks():
     assert sorted(last.values()) == pytest.approx([4.0, 6.0], abs=1.0)
 
 
+def test_a_member_of_two_groups_reads_its_sensor_once():
+    """The calls of both arrive while the sensor is being read."""
+    count = defaultdict(int)
+
+    def counted(node):
+        count[node] += 1
+        return TRUE.mean(np.array([[float(node), 0.0]]), np.array([[4.0, 0.0], [6.0, 0.0]]))
+
+    bench([], [(4, 0, 4.0), (6, 1, 6.0)], observe=counted, switch="never")
+    assert count[5] == 11
+
+
 def test_of_a_joint_group_of_two_leaders_none_loses_a_track_that_only_it_leads():
     """Track 1's leader never learns that its group was taken in and goes on with it; track 0 is led all the same."""
     run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)], rule(DROP, kind="taken", destination=6))
