@@ -42,14 +42,23 @@ class Leading:
     Args:
         station: The node.
         on_call: Told of every call of this node.
+        on_end: Told of the last word on tracks that this node ends.
         identities: Told who is led here, and asked who is who.
     """
 
-    def __init__(self, station: Station, on_call: Callable[[Call], None], identities: Identities) -> None:
-        self._station, self._on_call, self._identities = station, on_call, identities
+    def __init__(
+        self,
+        station: Station,
+        on_call: Callable[[Call], None],
+        on_end: Callable[[Call], None],
+        identities: Identities,
+    ) -> None:
+        self._station, self._on_call, self._on_end, self._identities = station, on_call, on_end, identities
         self._groups: dict[int, Held] = {}
         self._leaving: set[int] = set()
         """Places of groups that are being given away."""
+        self._amidst: set[int] = set()
+        """Places of groups that are amidst a reading."""
         self._next = 0
         self._turns = Turns()
         self._calls = Calls(station)
@@ -170,15 +179,24 @@ class Leading:
             yield from station.node.pause_until(station.time_ns(step))
             if place not in self._groups:
                 return
-            readings = yield from self._collected(self._fresh(place), step)
-            if place not in self._groups:
+            self._amidst.add(place)
+            readings = yield from self._take_reading(place, step)
+            self._amidst.discard(place)
+            if readings is None:
                 return
-            yield from charge(station.node, operations(len(readings), self._groups[place].belief))
-            if place not in self._groups:
-                return
-            self._groups[place] = updated(station, self._fresh(place), step, readings)
             self._identities.classify(self._groups[place])
             yield from self._decide(place, {other for reading in readings.values() for other in reading.others})
+
+    def _take_reading(self, place: int, step: int) -> Op[Mapping[int, Reading] | None]:
+        """Update a group by a reading, and return what members told; None where it is led here no more."""
+        readings = yield from self._collected(self._fresh(place), step)
+        if place not in self._groups:
+            return None
+        yield from charge(self._station.node, operations(len(readings), self._groups[place].belief))
+        if place not in self._groups:
+            return None
+        self._groups[place] = updated(self._station, self._fresh(place), step, readings)
+        return readings
 
     def _fresh(self, place: int) -> Held:
         """A group with what is known of its identities now; of a joint one all that has been learned."""
@@ -242,7 +260,9 @@ class Leading:
 
     def _end(self, place: int, why: str) -> None:
         held = self._groups[place]
-        self._say(END, call_of(held, held.step, places_of(held)))
+        call = call_of(held, held.step, places_of(held))
+        self._on_end(call)
+        self._say(END, call)
         self._station.node.log(f"{held.label}: {why}: ending")
         self._lose(place, held.tracks)
         self._identities.leave(held.tracks)
@@ -278,7 +298,7 @@ class Leading:
         for other in [each for each in self._groups if each != place and each not in self._leaving]:
             if not self._are_joint(self._groups[place], self._groups[other]):
                 continue
-            if self._groups[other].step == self._groups[place].step:
+            if other not in self._amidst and self._groups[other].step == self._groups[place].step:
                 self._merge(place, other)
             else:
                 waits = True

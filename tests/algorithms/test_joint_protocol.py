@@ -10,7 +10,7 @@ from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.algorithms.joint_tracking import JointTracking
 from netsim.kernels.energy_sensing import EnergyModel, amplitude_for
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
-from netsim.testing import DROP, ScriptedMedium, duplicate, rule, run_algorithm
+from netsim.testing import DROP, ScriptedMedium, delay, duplicate, rule, run_algorithm
 from netsim.trace.events import Estimate, Identity, Log, MessageSent, Role
 from netsim.units import NS_PER_S
 
@@ -188,6 +188,14 @@ def test_two_groups_that_collide_merge_and_one_node_leads_both_tracks():
     assert sorted(last.values()) == pytest.approx([4.0, 6.0], abs=1.0)
 
 
+def test_a_group_that_is_given_amidst_a_reading_does_not_cost_the_hosts_group_that_reading():
+    late = rule(delay(0.6), kind="given", until_s=2.0)
+    run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)], late, give_s=0.9, migrate_m=9.0)
+    assert min(time_s for time_s, nodes in leaders(run)[1] if nodes != [6]) > 2.0
+    assert [t // NS_PER_S for t, event in run.of(Estimate) if event.target == 0] == list(range(1, 12))
+    assert leaders(run)[0][-1][1] == leaders(run)[1][-1][1] == [4]
+
+
 def test_a_member_of_two_groups_reads_its_sensor_once():
     """The calls of both arrive while the sensor is being read."""
     count = defaultdict(int)
@@ -224,6 +232,14 @@ def test_a_track_whose_target_is_gone_ends_and_nobody_takes_it_over():
     run = bench([], [(4, 0, 4.2)])
     assert logs(run, "ending") == ["track 0: nobody has read a target for 3 readings: ending"]
     assert leaders(run)[0][-1][1] == []
+    assert not logs(run, "taking over")
+
+
+def test_a_member_that_misses_the_end_of_a_track_is_told_of_it_when_it_asks():
+    run = bench([], [(4, 0, 4.2)], rule(DROP, kind="end", destination=5, until_s=4.0), watch_share=1.0)
+    sent = [(event.kind, event.source, event.destination) for _, event in run.of(MessageSent)]
+    assert ("ask", 5, 4) in sent
+    assert ("end", 4, 5) in sent
     assert not logs(run, "taking over")
 
 

@@ -94,7 +94,7 @@ def test_evidence_of_before_a_meeting_does_not_tell_who_the_track_is_after_it():
 
     def script(station):
         identities = Identities(station)
-        leading = Leading(station, lambda _: None, identities)
+        leading = Leading(station, lambda _: None, lambda _: None, identities)
         leading.take(held(0, 0))
         yield from read(station, identities)
         waits.append(identities.with_waiting(held(0, 0)).waiting)
