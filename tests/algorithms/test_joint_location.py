@@ -9,7 +9,7 @@ import pytest
 from netsim.algorithms.joint_acquaintances import Acquaintances
 from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity import WORD, Identities
-from netsim.algorithms.joint_location import LOCATE, REGISTER, home_of
+from netsim.algorithms.joint_location import LOCATE, REGISTER, Whereabouts, home_of
 from netsim.algorithms.joint_messages import Held
 from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.algorithms.joint_station import Station
@@ -158,3 +158,19 @@ def test_homes_are_sensors_and_differ():
     homes = {home_of(track, KNOWLEDGE) for track in range(12)}
     assert homes <= set(SENSORS_M)
     assert len(homes) > 3
+
+
+def test_a_rendezvous_itself_goes_by_the_later_word_too():
+    """Node `home` led track 1 at turn 2, and has heard since that node 7 leads it at turn 4."""
+    home, found = home_of(1, KNOWLEDGE), []
+
+    class Once:
+        def run(self, node):
+            whereabouts = Whereabouts(Station(node, KNOWLEDGE, JointTrackingParameters(location="rendezvous")))
+            if node.id == home:
+                whereabouts.took(1, 2)
+                found.append((yield from whereabouts.find(1, Place(4, 7))))
+                found.append((yield from whereabouts.find(1, Place(1, 3))))
+
+    run_algorithm(Once, NODES, knowledge=lambda _: KNOWLEDGE, duration_s=1.0).require_success()
+    assert found == [7, home]
