@@ -10,6 +10,7 @@ from netsim.algorithms.joint_groups import named
 from netsim.algorithms.joint_messages import Held, Reading
 from netsim.algorithms.joint_station import Station
 from netsim.kernels.energy_sensing import likelihood_operations
+from netsim.kernels.logical_targets import separate_operations
 from netsim.kernels.particle_resolution import resolution_m2, spread_m
 from netsim.kernels.particles import (
     ParticleBelief,
@@ -36,13 +37,19 @@ def particles_of(station: Station, targets: int) -> int:
 
 
 def operations(readings: int, belief: ParticleBelief) -> int:
-    """Elementary operations of `updated` for so many readings."""
+    """Elementary operations of `updated` for so many readings.
+
+    Of several targets those of naming them are among it: for the estimates, and of the drawn particles for the next call
+    and to see whether they have parted.
+    """
     particles, targets = belief.count, belief.targets
+    naming = 2 * separate_operations(particles, targets) if targets > 1 else 0
     return (
         predict_operations(particles, targets)
         + likelihood_operations(readings, particles, targets)
         + condition_operations(particles)
         + resample_operations(particles, particles)
+        + naming
     )
 
 

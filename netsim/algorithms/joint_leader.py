@@ -24,6 +24,8 @@ from netsim.algorithms.joint_messages import (
 )
 from netsim.algorithms.joint_station import CALL, CLAIM, END, Station
 from netsim.api import Message, Op
+from netsim.kernels.logical_targets import join_operations
+from netsim.kernels.particles import resample_operations
 from netsim.trace.events import AlgorithmRecord, Role
 
 LEADER = "leader"
@@ -316,17 +318,21 @@ class Leading:
         station, held, each = self._station, self._fresh(place), self._fresh(other)
         del self._groups[other]
         both = joined(held, each, station.parameters.joint_particles, station.rng)
+        self._charge(join_operations(both.belief.count, held.belief.count + each.belief.count))
         self._turns.note(both.tracks, both.turn, station.node.id)
         self._groups[place] = both
         self._identities.lead(both)
         self._tell_change(MERGE, [held, each])
 
+    def _charge(self, count: int) -> None:
+        self._station.node.spawn(charge(self._station.node, count))
+
     def _split(self, place: int) -> Op[None]:
         """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest them."""
-        station = self._station
+        station, held = self._station, self._fresh(place)
         parts = parts_of(
             station.parameters,
-            self._fresh(place),
+            held,
             station.knowledge.sensing_range_m,
             lambda targets: particles_of(station, targets),
             station.rng,
@@ -334,6 +340,7 @@ class Leading:
         if len(parts) == 1:
             self._groups[place] = parts[0]
             return
+        self._charge(sum(resample_operations(held.belief.count, part.belief.count) for part in parts))
         parts.sort(key=lambda part: station.range_to_m(places_of(part)))
         self._tell_change(SPLIT, parts)
         self._groups[place] = parts[0]

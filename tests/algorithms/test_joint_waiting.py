@@ -5,17 +5,21 @@ import json
 import numpy as np
 import pytest
 
+from netsim.algorithms import joint_leader
 from netsim.algorithms.joint_acquaintances import Acquaintances
+from netsim.algorithms.joint_belief import operations
 from netsim.algorithms.joint_changes import Place
+from netsim.algorithms.joint_groups import joined
 from netsim.algorithms.joint_identity import Identities
 from netsim.algorithms.joint_leader import Leading
 from netsim.algorithms.joint_messages import Held, decode_given, encode_given
 from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.algorithms.joint_station import Station
 from netsim.kernels import identity
-from netsim.kernels.energy_sensing import EnergyModel
+from netsim.kernels.energy_sensing import EnergyModel, likelihood_operations
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge
-from netsim.kernels.particles import equal_weights
+from netsim.kernels.logical_targets import join_operations, separate_operations
+from netsim.kernels.particles import equal_weights, predict_operations
 from netsim.kernels.vehicle_labels import VehicleLabels, label_probabilities
 from netsim.testing import run_algorithm
 from netsim.trace.events import AlgorithmRecord
@@ -106,3 +110,29 @@ def test_evidence_of_before_a_meeting_does_not_tell_who_the_track_is_after_it():
     records = [(event.kind, json.loads(event.fields_json)) for _, event in run.of(AlgorithmRecord)]
     assert [kind for kind, _ in records[:2]] == ["identity", "merge"]
     np.testing.assert_allclose(records[0][1]["rows"][0], identity.posterior(np.array(SURE), LABEL), rtol=1e-6)
+
+
+def test_joining_and_naming_are_work(monkeypatch):
+    """Two groups of 5 particles become one of 200; a step of that takes its naming besides what its particles take."""
+    charged = []
+
+    def noted(_, count):
+        charged.append(count)
+        yield from ()
+
+    monkeypatch.setattr(joint_leader, "charge", noted)
+
+    def script(station):
+        leading = Leading(station, lambda _: None, lambda _: None, Identities(station))
+        leading.take(held(0, 0))
+        leading.take(held(1, 50))
+        yield from station.node.pause(NS_PER_S // 2)
+
+    run_of(script)
+    assert charged == [join_operations(200, 10)]
+    pair = joined(held(0, 0), held(1, 50), 200, np.random.default_rng(1)).belief
+    one = equal_weights(pair.positions_m[:, :1])
+    naming = 2 * separate_operations(200, 2)
+    assert operations(7, pair) - likelihood_operations(7, 200, 2) - naming == (
+        operations(7, one) - likelihood_operations(7, 200, 1) + predict_operations(200, 1)
+    )
