@@ -93,6 +93,14 @@ def test_of_two_leaders_for_want_of_confirmation_one_gives_way_within_a_reading(
     assert not run.failures
 
 
+def test_who_has_taken_a_group_for_want_of_confirmation_is_told_at_once_that_its_giver_goes_on():
+    """They need not hear each other's calls: both may follow other targets by then."""
+    deaf = [rule(DROP, kind="call", source=a, destination=b) for a, b in ((2, 4), (4, 2))]
+    run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="taken", destination=2), *deaf)
+    assert logs(run, "does not confirm")
+    assert longest_with_two_s(run, 0) < 0.7, "three times 0.2 s"
+
+
 def test_a_new_leader_that_cannot_be_reached_is_passed_over():
     run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="given", destination=4))
     assert leaders(run)[0][-1][1] in ([3], [5])
