@@ -57,7 +57,7 @@ class Holding:
         """A group with what is known of its identities now; of a joint one all that has been learned."""
         held = self.groups[place]
         if len(held.tracks) > 1:
-            self._identities.fold(held.tracks)
+            self._identities.evidence.fold(held.tracks)
         held = self.groups[place] = self._identities.fresh(held)
         return held
 

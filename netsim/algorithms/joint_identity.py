@@ -9,16 +9,15 @@ import json
 from collections.abc import Collection
 from dataclasses import replace
 
-import numpy as np
-
 from netsim.algorithms.decay_factors import charge
 from netsim.algorithms.joint_acquaintances import Acquaintances, of_tracks
 from netsim.algorithms.joint_changes import Place
+from netsim.algorithms.joint_evidence import Evidence
 from netsim.algorithms.joint_identity_messages import Word, decode_heard, decode_word, encode_heard, encode_word
 from netsim.algorithms.joint_location import Whereabouts, ask
 from netsim.algorithms.joint_messages import Held
 from netsim.algorithms.joint_station import Station
-from netsim.api import Message, NoEnergyError, Op
+from netsim.api import Message, Op
 from netsim.kernels import identity
 from netsim.kernels.semiring import FloatArray
 from netsim.trace.events import AlgorithmRecord
@@ -36,7 +35,6 @@ MET, EVIDENCE, REFUSED, HEARD_OF, RECOVERED, UNANSWERED, CONTRADICTED = (
     "contradicted",
 )
 _MOST_PASSED = 64
-_SURE = 1e-9
 _MANY_CHANGES = 16
 
 
@@ -50,8 +48,7 @@ class Identities:
         """Of different groups; together they hold every track led here."""
         self._led: dict[int, int] = {}
         """Tracks led here, with their turns."""
-        self._evidence: dict[int, FloatArray] = {}
-        """Likelihoods of what has not been told yet, by track."""
+        self.evidence = Evidence(station, self._known_of_led, self._apply, self._refuse)
         self._due: set[int] = set()
         """Tracks whose leaders are to be told."""
         self._telling: set[int] = set()
@@ -63,26 +60,6 @@ class Identities:
         """A group with what is known of its identities now."""
         copy = of_tracks(self._copies, held.tracks[0])
         return held if copy is None else replace(held, known=copy)
-
-    def with_waiting(self, held: Held) -> Held:
-        """A group that is to be given away, with the evidence about it that has not been told yet."""
-        if not any(track in self._evidence for track in held.tracks):
-            return held
-        nothing = np.ones(held.known.start.shape[1])
-        found = (self._evidence.get(track, nothing) for track in held.tracks)
-        return replace(held, waiting=tuple(tuple(likelihood.tolist()) for likelihood in found))
-
-    def keep_waiting(self, held: Held) -> None:
-        """Take over what has not been told yet of a group that was given."""
-        for track, likelihood in zip(held.tracks, held.waiting, strict=False):
-            self._evidence[track] = np.array(likelihood)
-
-    def fold(self, tracks: Collection[int]) -> None:
-        """Make evidence that waits about tracks that are joint part of what is known: it is of who they were till now."""
-        for track in tracks:
-            if track in self._evidence:
-                self._apply(track, self._evidence.pop(track))
-                self._station.node.spawn(self._charged(self._copy(track)))
 
     def lead(self, held: Held) -> None:
         """This node leads a group from now on."""
@@ -118,7 +95,7 @@ class Identities:
         """
         for track in tracks:
             self._led.pop(track, None)
-            self._evidence.pop(track, None)
+            self.evidence.forget(track)
             if place is not None:
                 self.whereabouts.left(track, place)
                 copy = of_tracks(self._copies, track)
@@ -185,54 +162,21 @@ class Identities:
         count = max(1, len(copy.changes))
         yield from charge(self._station.node, count * identity.evidence_operations(*copy.rows.shape))
 
-    def classify(self, held: Held) -> None:
-        """Look whether this node's sensor tells who a track is, if it is one of its own and its identity is not sure."""
-        labels, every = self._station.knowledge.labels, self._station.parameters.classify_every_steps
-        if labels is None or every == 0 or held.step % every != 0 or len(held.tracks) > 1:
-            return
-        if float(self._copy(held.tracks[0]).row(held.tracks[0]).max()) < 1.0 - _SURE:
-            self._station.node.spawn(self._look(held.tracks[0]))
+    def _known_of_led(self, track: int) -> Acquaintances | None:
+        return self._copy(track) if track in self._led else None
 
-    def _look(self, track: int) -> Op[None]:
-        labels = self._station.knowledge.labels
-        if labels is None:
-            return
-        try:
-            observation = yield from self._station.node.sense()
-        except NoEnergyError:
-            return
-        yield from charge(self._station.node, labels.operations())
-        likelihood = labels.likelihood(observation.values[1:], self._station.parameters.classify_above)
-        if likelihood is not None and track in self._led:
-            yield from self._learn(track, likelihood)
-
-    def _learn(self, track: int, likelihood: FloatArray) -> Op[None]:
-        """Add a piece of evidence to those that wait, and tell of them when they tell enough."""
-        copy, together = self._copy(track), self._evidence.get(track, np.ones(len(likelihood))) * likelihood
-        try:
-            row = identity.posterior(copy.row(track), together)
-        except ValueError:
-            self._evidence.pop(track, None)
-            self._tell_record(REFUSED, (track,), copy)
-            return
-        self._evidence[track] = together / together.max()
-        if float(np.abs(row - copy.row(track)).max()) < self._station.parameters.tell_change:
-            return
-        yield from charge(self._station.node, identity.evidence_operations(*copy.rows.shape))
-        if track not in self._led or track not in self._evidence:
-            return
-        self._apply(track, self._evidence.pop(track))
+    def _refuse(self, track: int) -> None:
+        self._tell_record(REFUSED, (track,), self._copy(track))
 
     def _apply(self, track: int, likelihood: FloatArray) -> None:
         """Make evidence part of what is known."""
-        copy = self._copy(track)
         try:
-            changed = copy.learned(track, likelihood.tolist())
+            changed = self._copy(track).learned(track, likelihood.tolist())
         except ValueError:
-            self._tell_record(REFUSED, (track,), copy)
+            self._refuse(track)
             return
         if changed.changes[-1].number in changed.refused:
-            self._tell_record(REFUSED, (track,), copy)
+            self._refuse(track)
             return
         self._put(changed)
         self._tell_record(EVIDENCE, (track,), changed)

@@ -71,7 +71,7 @@ class Leading:
         if news is None:
             return False
         place = self.begin(replace(news, waiting=()))
-        self._identities.keep_waiting(news)
+        self._identities.evidence.keep(news)
         if news is not held:
             self._identities.meet(news)
         self._join_own(place)
@@ -123,7 +123,7 @@ class Leading:
             self._holding.amidst.discard(place)
             if readings is None:
                 return
-            self._identities.classify(self._holding.groups[place])
+            self._identities.evidence.classify(self._holding.groups[place])
             yield from self._decide(place, {other for reading in readings.values() for other in reading.others})
 
     def _take_reading(self, place: int, step: int) -> Op[Mapping[int, Reading] | None]:
@@ -188,7 +188,7 @@ class Leading:
 
     def _given(self, place: int, receiver: int) -> Op[bool]:
         """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered, and says so."""
-        held = self._identities.with_waiting(self._holding.fresh(place))
+        held = self._identities.evidence.with_waiting(self._holding.fresh(place))
         self._holding.leaving.add(place)
         is_taken = yield from give(self._station, held, receiver)
         self._holding.leaving.discard(place)
@@ -222,7 +222,7 @@ class Leading:
         return waits
 
     def _merge(self, place: int, other: int) -> None:
-        self._identities.fold((*self._holding.groups[place].tracks, *self._holding.groups[other].tracks))
+        self._identities.evidence.fold((*self._holding.groups[place].tracks, *self._holding.groups[other].tracks))
         station, held, each = self._station, self._holding.fresh(place), self._holding.fresh(other)
         del self._holding.groups[other]
         both = joined(held, each, station.parameters.joint_particles, station.rng)

@@ -68,7 +68,7 @@ class Wandering:
             identities.lead(held_of(0, known, 0, 0))
             for look in range(self._looks):
                 yield from node.pause_until(s_to_ns(LOOK_S + 3 * look))
-                identities.classify(held_of(0, known, LOOK_S, 0))
+                identities.evidence.classify(held_of(0, known, LOOK_S, 0))
         elif node.id <= self._moves + 1:
             yield from node.pause_until(s_to_ns(node.id - 1) + s_to_ns(0.01 * (node.id > 1)))
             identities.lead(held_of(1, known, 0, node.id - 1))

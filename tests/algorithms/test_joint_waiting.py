@@ -66,7 +66,7 @@ def run_of(script):
 
 def read(station, identities):
     """Look at the label once, which says too little that is new to be told."""
-    identities.classify(held(0, 0))
+    identities.evidence.classify(held(0, 0))
     yield from station.node.pause(NS_PER_S // 10)
 
 
@@ -77,14 +77,14 @@ def test_evidence_that_waits_goes_with_the_belief():
         identities = Identities(station)
         identities.lead(held(0, 0))
         yield from read(station, identities)
-        first = identities.with_waiting(held(0, 0))
+        first = identities.evidence.with_waiting(held(0, 0))
         there = decode_given(encode_given(first, "float32"), "float32")
         identities.leave((0,), Place(2, 7), first.known)
-        assert identities.with_waiting(held(0, 0)).waiting == ()
+        assert identities.evidence.with_waiting(held(0, 0)).waiting == ()
         identities.lead(there)
-        identities.keep_waiting(there)
+        identities.evidence.keep(there)
         yield from read(station, identities)
-        gone.extend(each.waiting for each in (first, identities.with_waiting(there)))
+        gone.extend(each.waiting for each in (first, identities.evidence.with_waiting(there)))
 
     run_of(script)
     (once,), (twice,) = gone
@@ -101,9 +101,9 @@ def test_evidence_of_before_a_meeting_does_not_tell_who_the_track_is_after_it():
         leading = Leading(station, lambda _: None, lambda _: None, identities)
         leading.take(held(0, 0))
         yield from read(station, identities)
-        waits.append(identities.with_waiting(held(0, 0)).waiting)
+        waits.append(identities.evidence.with_waiting(held(0, 0)).waiting)
         leading.take(held(1, 50))
-        waits.append(identities.with_waiting(held(0, 0)).waiting)
+        waits.append(identities.evidence.with_waiting(held(0, 0)).waiting)
 
     run = run_of(script)
     assert [bool(each) for each in waits] == [True, False]
