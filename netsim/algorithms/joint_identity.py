@@ -52,6 +52,8 @@ class Identities:
         self._due: set[int] = set()
         """Tracks whose leaders are to be told."""
         self._telling: set[int] = set()
+        self._silent: set[int] = set()
+        """Tracks whose leaders were given up, and have not been heard of since: perhaps the track has ended."""
         self._shared: dict[int, Acquaintances] = {}
         """What was told to a track's leader, or by it."""
         self._number = 0
@@ -147,6 +149,7 @@ class Identities:
         """The sender knows what it says, and what it was told: it need not be told again."""
         for track in both.tracks:
             if both.place(track).leader == word.origin:
+                self._silent.discard(track)
                 told = self._shared.get(track, word.known).merged(word.known)
                 self._shared[track] = word.known if told is None else told
 
@@ -198,8 +201,9 @@ class Identities:
             self._station.node.spawn(self._told(track))
 
     def _told(self, track: int) -> Op[None]:
-        """Words to a track's leader until it knows all that is known here, or is given up."""
-        station, rounds = self._station, 0
+        """Words to a track's leader until it knows all that is known here, or is given up; then one row for each news."""
+        station = self._station
+        rounds = station.parameters.tell_rounds - 1 if track in self._silent else 0
         while track in self._due and rounds < station.parameters.tell_rounds and track not in self._led:
             self._due.discard(track)
             copy = of_tracks(self._copies, track)
@@ -215,6 +219,7 @@ class Identities:
         if track in self._due and track not in self._led and (known := of_tracks(self._copies, track)) is not None:
             self._tell_record(UNANSWERED, (track,), known)
             self._shared.pop(track, None)
+            self._silent.add(track)
         self._due.discard(track)
 
     def _is_told(self, track: int, copy: Acquaintances) -> Op[bool]:
@@ -235,6 +240,7 @@ class Identities:
         answer = yield from ask(station, leader, WORD, payload, HEARD, fits)
         if answer is None:
             return track in self._led
+        self._silent.discard(track)
         known = of_tracks(self._copies, track)
         if known is not None:
             self._put(known.located(track, Place(decode_heard(answer.payload)[2], answer.source)))

@@ -77,4 +77,5 @@ class JointTrackingParameters:
     tell_s: Positive = 0.3
     """How long its confirmation is waited for."""
     tell_rounds: PositiveInt = 5
-    """After so many rows of attempts, one a reading, the leader is given up."""
+    """After so many rows of attempts, one a reading, the leader is given up; until it is heard of, it gets one row for each
+    news."""

@@ -142,6 +142,15 @@ def test_a_leader_that_is_silent_is_given_up():
     assert max(time_ns for time_ns, _ in run.of(MessageSent)) < (LOOK_S + 6) * NS_PER_S
 
 
+def test_a_leader_that_was_given_up_gets_one_row_of_words_for_each_news():
+    lost = ScriptedMedium([rule(DROP, kind=WORD)])
+    labels = itertools.cycle([0, 1])
+    run = run_of(0, lost, looks=4, tell_rounds=2, tell_attempts=1, label=lambda: next(labels), accuracy=0.9)
+    events = [what for _, what, _ in records(run)]
+    assert events.count("evidence") == 4
+    assert len(sent(run, WORD)) == 2 + 3
+
+
 def test_what_is_said_does_not_grow_with_time():
     """Labels that contradict each other, so that each is news: sixteen changes known to all become a new start."""
     looks, labels = 40, itertools.cycle([0, 1])
