@@ -8,6 +8,8 @@ from netsim.codec import FloatWidth
 from netsim.parameters import NonNegative, Positive, PositiveInt, Probability, parameters
 
 Share = Annotated[float, Gt(0), Le(1)]
+Particles = Annotated[int, Ge(1), Le(0xFFFF)]
+"""Two bytes of a belief that is given away say how many it names."""
 
 
 @parameters
@@ -19,9 +21,9 @@ class JointTrackingParameters:
     """
 
     type: Literal["joint-tracking"] = "joint-tracking"
-    particles: PositiveInt = 100
+    particles: Particles = 100
     """Particles of the belief of one target."""
-    joint_particles: PositiveInt = 200
+    joint_particles: Particles = 200
     """Particles of the belief of several."""
     begin: Literal["told", "detected"] = "told"
     """How tracks begin. `told`: the problem tells a node where its target enters. `detected`: a sensor that reads a target
