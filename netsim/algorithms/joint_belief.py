@@ -23,6 +23,7 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
+from netsim.kernels.spare_targets import spare_operations, spare_target
 from netsim.trace.events import AlgorithmRecord, Estimate, Identity, Particles
 
 JOINT = "joint"
@@ -50,6 +51,7 @@ def operations(readings: int, belief: ParticleBelief) -> int:
         + condition_operations(particles)
         + resample_operations(particles, particles)
         + naming
+        + spare_operations(readings, particles, targets)
     )
 
 
@@ -62,24 +64,29 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
     energies = np.array([readings[node].energy for node in nodes])
     most_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * (step - held.step)
     belief = predict(held.belief, most_m, station.rng)
-    between_m2 = resolution_m2(belief.count, belief.targets, spread_m(named(belief)))
+    before, spare = named(belief), None
+    between_m2 = resolution_m2(belief.count, belief.targets, spread_m(before))
+    is_quiet = not (energies > station.loud).any()
     if nodes:
         sensors_m = station.knowledge.places_m(nodes)
+        likelihood = model.log_likelihood(energies, sensors_m, belief.positions_m)
         try:
-            belief = condition(belief, model.log_likelihood(energies, sensors_m, belief.positions_m))
+            belief = condition(belief, likelihood)
+            if not is_quiet and not held.is_blank:
+                spare = spare_target(model, energies, sensors_m, before, likelihood)
         except ValueError:
             belief = _restarted(station, held, energies, sensors_m)
     if len(held.tracks) > 1:
         station.node.record(AlgorithmRecord(station.node.id, JOINT, json.dumps({"tracks": held.tracks})))
     _tell(station, held, belief, between_m2)
     _tell_particles(station, held.tracks, step, belief)
-    is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))
     return replace(
         held,
         step=step,
         belief=resample(belief, count, station.rng),
-        quiet=held.quiet + 1 if is_quiet else 0,
+        quiet=held.quiet + 1 if is_quiet or spare is not None else 0,
+        spare=None if spare is None else held.tracks[spare],
         is_blank=held.is_blank and not nodes,
     )
 

@@ -23,6 +23,7 @@ from netsim.algorithms.joint_messages import (
     decode_call,
     decode_reading,
     encode_call,
+    label_of,
 )
 from netsim.algorithms.joint_station import CALL, CLAIM, END, Station
 from netsim.api import Message, Op
@@ -158,13 +159,13 @@ class Leading:
         """End, merge, split, or move on."""
         parameters, held = self._station.parameters, self._holding.groups[place]
         if held.quiet >= parameters.quiet_steps:
-            self._end(place, f"nobody has read a target for {held.quiet} readings")
+            self._end_quiet(place)
             return
         others = [each for each in others if each.track not in held.tracks]
         if not others and held.is_parted:
             held = self._holding.groups[place] = replace(held, is_parted=False)
         if (double := double_of(self._station, held, others)) is not None:
-            self._end(place, f"its target is that of track {double}")
+            self._end(place, held.tracks, f"its target is that of track {double}")
             return
         near = [each for each in others if belong(self._station, held, each)]
         if (host := host_of(self._station, held, near)) is not None:
@@ -177,14 +178,27 @@ class Leading:
         ):  # else stay: another group is on its way to this one
             yield from self._migrate(place)
 
-    def _end(self, place: int, why: str) -> None:
+    def _end_quiet(self, place: int) -> None:
+        """End what nobody reads any more: the group, or the one track that the readings do not speak for."""
         held = self._holding.groups[place]
-        call = call_of(held, held.step, places_of(held))
+        if held.spare is None:
+            self._end(place, held.tracks, f"nobody has read a target for {held.quiet} readings")
+        else:
+            self._end(place, (held.spare,), f"{held.quiet} readings are explained better without it")
+
+    def _end(self, place: int, tracks: tuple[int, ...], why: str) -> None:
+        """End some tracks of a group, and say so; the others go on, and who is who of them is open."""
+        held = self._holding.fresh(place)
+        places_m = places_of(held)[[held.tracks.index(track) for track in tracks]]
+        call = replace(call_of(held, held.step, places_m), tracks=tracks)
         self._on_end(call)
         self._say(END, call)
-        self._station.node.log(f"{held.label}: {why}: ending")
-        self._holding.lose(place, held.tracks)
-        self._identities.leave(held.tracks)
+        self._station.node.log(f"{label_of(tracks)}: {why}: ending")
+        left = self._holding.lose(place, tracks)
+        self._identities.leave(tracks)
+        if left is not None:
+            self._holding.groups[place] = replace(left, quiet=0, spare=None)
+            self._identities.meet(left)
 
     def _given(self, place: int, receiver: int) -> Op[bool]:
         """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered, and says so."""

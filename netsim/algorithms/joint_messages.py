@@ -172,10 +172,11 @@ class Held:
         known: What is known of identities, of its tracks and those that they are acquainted with.
         is_parted: Whether it came from a split, and its groups have collided ever since.
         has_met: Whether its targets have been within the distance of separation since they were joined.
-        quiet: Readings in a row in which no member read a target.
+        quiet: Readings in a row in which no member read a target, or that are explained better by one target less.
         is_blank: Whether its belief began anew, and has no reading in it yet.
         waiting: What was learned of who each track is and has not been told yet, as a likelihood of each identity; nothing
             if there is nothing.
+        spare: The track without which the last reading is explained better than with all; the leader alone knows it.
     """
 
     step: int
@@ -188,6 +189,7 @@ class Held:
     quiet: int = 0
     is_blank: bool = False
     waiting: tuple[tuple[float, ...], ...] = ()
+    spare: int | None = None
 
     @property
     def rows(self) -> FloatArray:

@@ -243,6 +243,26 @@ def test_a_track_whose_target_is_gone_ends_and_nobody_takes_it_over():
     assert not logs(run, "taking over")
 
 
+def test_a_target_that_goes_beside_another_ends_its_track_and_leaves_open_who_stays():
+    reads = defaultdict(int)
+
+    def read(node):
+        reads[node] += 1
+        there = [(4.0, 0.0), (6.0, 0.0)] if reads[node] <= 5 else [(4.0, 0.0)]
+        return TRUE.mean(np.array([[float(node), 0.0]]), np.array(there))
+
+    run = bench([], [(4, 0, 4.0), (6, 1, 6.0)], observe=read, duration_s=16.0)
+    (told,) = logs(run, "ending")
+    assert told.endswith("3 readings are explained better without it: ending")
+    gone = int(told.split()[1].rstrip(":"))
+    assert [len(leaders(run)[track][-1][1]) for track in (gone, 1 - gone)] == [0, 1]
+    last = [event for _, event in run.of(Estimate)][-3:]
+    assert {event.target for event in last} == {1 - gone}
+    assert [event.x_m for event in last] == pytest.approx([4.0] * 3, abs=0.8)
+    assert [event for _, event in run.of(Identity)][-1].probability == [0.5, 0.5]
+    assert not logs(run, "taking over")
+
+
 def test_a_member_that_misses_the_end_of_a_track_is_told_of_it_when_it_asks():
     run = bench([], [(4, 0, 4.2)], rule(DROP, kind="end", destination=5, until_s=4.0), watch_share=1.0)
     sent = [(event.kind, event.source, event.destination) for _, event in run.of(MessageSent)]

@@ -20,6 +20,7 @@ from netsim.kernels.energy_sensing import EnergyModel, likelihood_operations
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge
 from netsim.kernels.logical_targets import join_operations, separate_operations
 from netsim.kernels.particles import equal_weights, predict_operations
+from netsim.kernels.spare_targets import spare_operations
 from netsim.kernels.vehicle_labels import VehicleLabels, label_probabilities
 from netsim.testing import run_algorithm
 from netsim.trace.events import AlgorithmRecord
@@ -132,7 +133,7 @@ def test_joining_and_naming_are_work(monkeypatch):
     assert charged == [join_operations(200, 10)]
     pair = joined(held(0, 0), held(1, 50), 200, np.random.default_rng(1)).belief
     one = equal_weights(pair.positions_m[:, :1])
-    naming = 2 * separate_operations(200, 2)
+    naming = 2 * separate_operations(200, 2) + spare_operations(7, 200, 2)
     assert operations(7, pair) - likelihood_operations(7, 200, 2) - naming == (
         operations(7, one) - likelihood_operations(7, 200, 1) + predict_operations(200, 1)
     )
