@@ -58,8 +58,8 @@ class JointTrackingParameters:
     watch_share: Share = 0.5
     """Members within this share of the sensing range take over: they are still in range when the target has gone on."""
     quiet_steps: Annotated[int, Ge(1)] = 3
-    """A track ends when for so many readings no member reads a target or, of a joint group, the readings are explained better
-    by one target less."""
+    """A track ends when for so many readings no member reads a target or, of a joint group, the readings are explained
+    better by one target less."""
     quiet_sd: Positive = 6.0
     """A reading above so many standard deviations of the assumed noise shows that a target is near."""
     payload: FloatWidth = "float32"
