@@ -10,6 +10,7 @@ from netsim.algorithms.joint_groups import named
 from netsim.algorithms.joint_messages import Held, Reading
 from netsim.algorithms.joint_station import Station
 from netsim.kernels.energy_sensing import likelihood_operations
+from netsim.kernels.logical_targets import separate_operations
 from netsim.kernels.particle_resolution import resolution_m2, spread_m
 from netsim.kernels.particles import (
     ParticleBelief,
@@ -22,6 +23,7 @@ from netsim.kernels.particles import (
     uniform_disc,
 )
 from netsim.kernels.semiring import FloatArray
+from netsim.kernels.spare_targets import spare_operations, spare_target
 from netsim.trace.events import AlgorithmRecord, Estimate, Group, Identity, Particles
 
 JOINT = "joint"
@@ -36,13 +38,20 @@ def particles_of(station: Station, targets: int) -> int:
 
 
 def operations(readings: int, belief: ParticleBelief) -> int:
-    """Elementary operations of `updated` for so many readings."""
+    """Elementary operations of `updated` for so many readings.
+
+    Of several targets those of naming them are among it: for the estimates, and of the drawn particles for the next call
+    and to see whether they have parted.
+    """
     particles, targets = belief.count, belief.targets
+    naming = 2 * separate_operations(particles, targets) if targets > 1 else 0
     return (
         predict_operations(particles, targets)
         + likelihood_operations(readings, particles, targets)
         + condition_operations(particles)
         + resample_operations(particles, particles)
+        + naming
+        + spare_operations(readings, particles, targets)
     )
 
 
@@ -55,11 +64,16 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
     energies = np.array([readings[node].energy for node in nodes])
     most_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * (step - held.step)
     belief = predict(held.belief, most_m, station.rng)
-    between_m2 = resolution_m2(belief.count, belief.targets, spread_m(named(belief)))
+    before, spare = named(belief), None
+    between_m2 = resolution_m2(belief.count, belief.targets, spread_m(before))
+    is_quiet = not (energies > station.loud).any()
     if nodes:
         sensors_m = station.knowledge.places_m(nodes)
+        likelihood = model.log_likelihood(energies, sensors_m, belief.positions_m)
         try:
-            belief = condition(belief, model.log_likelihood(energies, sensors_m, belief.positions_m))
+            belief = condition(belief, likelihood)
+            if not is_quiet and not held.is_blank:
+                spare = spare_target(model, energies, sensors_m, before, likelihood)
         except ValueError:
             belief = _restarted(station, held, energies, sensors_m)
     if len(held.tracks) > 1:
@@ -67,13 +81,13 @@ def updated(station: Station, held: Held, step: int, readings: Mapping[int, Read
     _tell(station, held, belief, between_m2)
     _tell_particles(station, held.tracks, step, belief)
     station.node.record(Group(station.node.id, step, list(held.tracks), nodes))
-    is_quiet = not (energies > station.loud).any()
     count = particles_of(station, len(held.tracks))
     return replace(
         held,
         step=step,
         belief=resample(belief, count, station.rng),
-        quiet=held.quiet + 1 if is_quiet else 0,
+        quiet=held.quiet + 1 if is_quiet or spare is not None else 0,
+        spare=None if spare is None else held.tracks[spare],
         is_blank=held.is_blank and not nodes,
     )
 

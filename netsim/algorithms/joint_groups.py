@@ -92,16 +92,23 @@ def parts_of(
 
 
 def kept(held: Held, tracks: Collection[int]) -> Held | None:
-    """What is left of a group when it keeps only some of its tracks: their marginal belief; None if it keeps none."""
+    """What is left of a group when it keeps only some of its tracks; None if it keeps none.
+
+    Of a joint belief that is the marginal of the logical targets that bear their names (eqs 6 and 7). It breaks up as in
+    `parts_of`: who is who among its tracks is open from now on, also between those that stay and those that go.
+    """
     left = [index for index, track in enumerate(held.tracks) if track in tracks]
     if len(left) == len(held.tracks):
         return held
     if not left:
         return None
+    belief = named(held.belief)
     return replace(
         held,
         tracks=tuple(held.tracks[index] for index in left),
-        belief=ParticleBelief(held.belief.positions_m[:, left], held.belief.log_weights),
+        belief=replace(belief, positions_m=belief.positions_m[:, left]),
+        known=held.known.met(held.tracks),
+        waiting=(),
     )
 
 

@@ -9,16 +9,15 @@ import json
 from collections.abc import Collection
 from dataclasses import replace
 
-import numpy as np
-
 from netsim.algorithms.charging import charge
 from netsim.algorithms.joint_acquaintances import Acquaintances, of_tracks
 from netsim.algorithms.joint_changes import Place
+from netsim.algorithms.joint_evidence import Evidence
 from netsim.algorithms.joint_identity_messages import Word, decode_heard, decode_word, encode_heard, encode_word
 from netsim.algorithms.joint_location import Whereabouts, ask
 from netsim.algorithms.joint_messages import Held
 from netsim.algorithms.joint_station import Station
-from netsim.api import Message, NoEnergyError, Op
+from netsim.api import Message, Op
 from netsim.kernels import identity
 from netsim.kernels.semiring import FloatArray
 from netsim.trace.events import AlgorithmRecord
@@ -36,7 +35,6 @@ MET, EVIDENCE, REFUSED, HEARD_OF, RECOVERED, UNANSWERED, CONTRADICTED = (
     "contradicted",
 )
 _MOST_PASSED = 64
-_SURE = 1e-9
 _MANY_CHANGES = 16
 
 
@@ -50,11 +48,12 @@ class Identities:
         """Of different groups; together they hold every track led here."""
         self._led: dict[int, int] = {}
         """Tracks led here, with their turns."""
-        self._evidence: dict[int, FloatArray] = {}
-        """Likelihoods of what has not been told yet, by track."""
+        self.evidence = Evidence(station, self._known_of_led, self._apply, self._refuse)
         self._due: set[int] = set()
         """Tracks whose leaders are to be told."""
         self._telling: set[int] = set()
+        self._silent: set[int] = set()
+        """Tracks whose leaders were given up, and have not been heard of since: perhaps the track has ended."""
         self._shared: dict[int, Acquaintances] = {}
         """What was told to a track's leader, or by it."""
         self._number = 0
@@ -98,7 +97,7 @@ class Identities:
         """
         for track in tracks:
             self._led.pop(track, None)
-            self._evidence.pop(track, None)
+            self.evidence.forget(track)
             if place is not None:
                 self.whereabouts.left(track, place)
                 copy = of_tracks(self._copies, track)
@@ -150,6 +149,7 @@ class Identities:
         """The sender knows what it says, and what it was told: it need not be told again."""
         for track in both.tracks:
             if both.place(track).leader == word.origin:
+                self._silent.discard(track)
                 told = self._shared.get(track, word.known).merged(word.known)
                 self._shared[track] = word.known if told is None else told
 
@@ -165,54 +165,21 @@ class Identities:
         count = max(1, len(copy.changes))
         yield from charge(self._station.node, count * identity.evidence_operations(*copy.rows.shape))
 
-    def classify(self, held: Held) -> None:
-        """Look whether this node's sensor tells who a track is, if it is one of its own and its identity is not sure."""
-        labels, every = self._station.knowledge.labels, self._station.parameters.classify_every_steps
-        if labels is None or every == 0 or held.step % every != 0 or len(held.tracks) > 1:
-            return
-        if float(self._copy(held.tracks[0]).row(held.tracks[0]).max()) < 1.0 - _SURE:
-            self._station.node.spawn(self._look(held.tracks[0]))
+    def _known_of_led(self, track: int) -> Acquaintances | None:
+        return self._copy(track) if track in self._led else None
 
-    def _look(self, track: int) -> Op[None]:
-        labels = self._station.knowledge.labels
-        if labels is None:
-            return
-        try:
-            observation = yield from self._station.node.sense()
-        except NoEnergyError:
-            return
-        yield from charge(self._station.node, labels.operations())
-        likelihood = labels.likelihood(observation.values[1:], self._station.parameters.classify_above)
-        if likelihood is not None and track in self._led:
-            yield from self._learn(track, likelihood)
-
-    def _learn(self, track: int, likelihood: FloatArray) -> Op[None]:
-        """Add a piece of evidence to those that wait, and tell of them when they tell enough."""
-        copy, together = self._copy(track), self._evidence.get(track, np.ones(len(likelihood))) * likelihood
-        try:
-            row = identity.posterior(copy.row(track), together)
-        except ValueError:
-            self._evidence.pop(track, None)
-            self._tell_record(REFUSED, (track,), copy)
-            return
-        self._evidence[track] = together / together.max()
-        if float(np.abs(row - copy.row(track)).max()) < self._station.parameters.tell_change:
-            return
-        yield from charge(self._station.node, identity.evidence_operations(*copy.rows.shape))
-        if track not in self._led or track not in self._evidence:
-            return
-        self._apply(track, self._evidence.pop(track))
+    def _refuse(self, track: int) -> None:
+        self._tell_record(REFUSED, (track,), self._copy(track))
 
     def _apply(self, track: int, likelihood: FloatArray) -> None:
         """Make evidence part of what is known."""
-        copy = self._copy(track)
         try:
-            changed = copy.learned(track, likelihood.tolist())
+            changed = self._copy(track).learned(track, likelihood.tolist())
         except ValueError:
-            self._tell_record(REFUSED, (track,), copy)
+            self._refuse(track)
             return
         if changed.changes[-1].number in changed.refused:
-            self._tell_record(REFUSED, (track,), copy)
+            self._refuse(track)
             return
         self._put(changed)
         self._tell_record(EVIDENCE, (track,), changed)
@@ -234,8 +201,9 @@ class Identities:
             self._station.node.spawn(self._told(track))
 
     def _told(self, track: int) -> Op[None]:
-        """Words to a track's leader until it knows all that is known here, or is given up."""
-        station, rounds = self._station, 0
+        """Words to a track's leader until it knows all that is known here, or is given up; then one row for each news."""
+        station = self._station
+        rounds = station.parameters.tell_rounds - 1 if track in self._silent else 0
         while track in self._due and rounds < station.parameters.tell_rounds and track not in self._led:
             self._due.discard(track)
             copy = of_tracks(self._copies, track)
@@ -251,6 +219,7 @@ class Identities:
         if track in self._due and track not in self._led and (known := of_tracks(self._copies, track)) is not None:
             self._tell_record(UNANSWERED, (track,), known)
             self._shared.pop(track, None)
+            self._silent.add(track)
         self._due.discard(track)
 
     def _is_told(self, track: int, copy: Acquaintances) -> Op[bool]:
@@ -271,6 +240,7 @@ class Identities:
         answer = yield from ask(station, leader, WORD, payload, HEARD, fits)
         if answer is None:
             return track in self._led
+        self._silent.discard(track)
         known = of_tracks(self._copies, track)
         if known is not None:
             self._put(known.located(track, Place(decode_heard(answer.payload)[2], answer.source)))

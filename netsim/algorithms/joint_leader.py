@@ -1,18 +1,20 @@
 """A leader's part: call, collect, update the belief, and decide with whom and where it goes on (Liu et al. 2004)."""
 
-import json
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from netsim.algorithms.charging import charge
 from netsim.algorithms.joint_belief import operations, particles_of, updated
-from netsim.algorithms.joint_book import Calls, Readings, Turns, call_of
+from netsim.algorithms.joint_book import Calls, Readings, call_of
 from netsim.algorithms.joint_changes import Place
+from netsim.algorithms.joint_contention import Contention
 from netsim.algorithms.joint_giving import give
-from netsim.algorithms.joint_groups import cover, is_joint, joined, kept, parts_of, places_of
+from netsim.algorithms.joint_groups import cover, joined, kept, parts_of, places_of
+from netsim.algorithms.joint_holding import Holding
 from netsim.algorithms.joint_identity import Identities
+from netsim.algorithms.joint_meeting import are_joint, belong, double_of, host_of
 from netsim.algorithms.joint_messages import (
     Call,
     Held,
@@ -21,12 +23,13 @@ from netsim.algorithms.joint_messages import (
     decode_call,
     decode_reading,
     encode_call,
+    label_of,
 )
 from netsim.algorithms.joint_station import CALL, CLAIM, END, Station
 from netsim.api import Message, Op
-from netsim.trace.events import AlgorithmRecord, Role
+from netsim.kernels.logical_targets import join_operations
+from netsim.kernels.particles import resample_operations
 
-LEADER = "leader"
 _CLAIM_RANGES = 2.0
 """How far claims are heard, in sensing ranges."""
 MERGE, SPLIT = "merge", "split"
@@ -42,35 +45,42 @@ class Leading:
     Args:
         station: The node.
         on_call: Told of every call of this node.
+        on_end: Told of the last word on tracks that this node ends.
         identities: Told who is led here, and asked who is who.
     """
 
-    def __init__(self, station: Station, on_call: Callable[[Call], None], identities: Identities) -> None:
-        self._station, self._on_call, self._identities = station, on_call, identities
-        self._groups: dict[int, Held] = {}
-        self._leaving: set[int] = set()
-        """Places of groups that are being given away."""
-        self._next = 0
-        self._turns = Turns()
+    def __init__(
+        self,
+        station: Station,
+        on_call: Callable[[Call], None],
+        on_end: Callable[[Call], None],
+        identities: Identities,
+    ) -> None:
+        self._station, self._on_call, self._on_end, self._identities = station, on_call, on_end, identities
+        self._holding = Holding(station, identities)
+        self._contention = Contention(station, self._holding, identities)
         self._calls = Calls(station)
         self._readings = Readings(station)
 
-    def take(self, held: Held) -> None:
-        """Lead a group that was given, or of it the tracks that nobody has led since, perhaps jointly with one's own."""
-        news = kept(held, self._turns.news_in(held))
-        if news is not None:
-            self._join_own(self.begin(news))
+    def take(self, held: Held) -> bool:
+        """Lead a group that was given, or of it the tracks that nobody has led since, perhaps jointly with one's own.
+
+        Returns:
+            Whether there are such tracks.
+        """
+        news = kept(held, self._holding.turns.news_in(held))
+        if news is None:
+            return False
+        place = self.begin(replace(news, waiting=()))
+        self._identities.evidence.keep(news)
+        if news is not held:
+            self._identities.meet(news)
+        self._join_own(place)
+        return True
 
     def begin(self, held: Held) -> int:
         """Lead a group, from the reading after its last one on, at the place that is returned."""
-        for place in list(self._groups):
-            self._lose(place, held.tracks)
-        if not held.is_blank:  # what a live leader gives counts for more
-            self._turns.note(held.tracks, held.turn, self._station.node.id)
-        place, self._next = self._next, self._next + 1
-        self._groups[place] = held
-        self._identities.lead(held)
-        self._tell_role(held.tracks, 1)
+        place = self._holding.add(held)
         self._station.node.spawn(self._lead(place))
         return place
 
@@ -84,63 +94,15 @@ class Leading:
         self._say(CLAIM, call)
 
     def hear(self, message: Message) -> None:
-        """Another leader's word: of two that lead a track the one with more turns goes on, of equal turns the lower node.
-
-        But one that has begun anew and has no reading yet gives way to one that has lately had readings: such a claim is
-        false, made by a member that missed this leader's calls.
-        """
+        """Another leader's word."""
         call = decode_call(message.payload)
         if message.kind == CALL:
             self._calls.note(message.source, call)
-        if not call.is_blank:
-            self._turns.note(call.tracks, call.turn, message.source)
-        for place, held in list(self._groups.items()):
-            if not set(held.tracks) & set(call.tracks):
-                continue
-            if call.is_blank and not held.is_blank and held.step >= call.step - 1:
-                self._refute(place, message, call)
-            elif (held.turn, -self._station.node.id) < (call.turn, -message.source):
-                self._station.node.log(f"node {message.source} leads {held.label} since, or a part: giving way")
-                self._lose(place, call.tracks)
-                common = sorted(set(held.tracks) & set(call.tracks))
-                self._identities.leave(common, Place(call.turn, message.source))
-            elif message.kind == CALL:  # who is to give way may be out of the region of this group's calls
-                self._answer(place, message)
-
-    def _refute(self, place: int, message: Message, call: Call) -> None:
-        """Contradict a false claim, with a turn above its own (SWIM's incarnation numbers, Das et al. 2002, section 4.2)."""
-        if place in self._leaving:
-            return  # the turn is offered already; whoever takes the group hears the next call, and contradicts it
-        held = self._groups[place]
-        if held.turn <= call.turn:
-            self._groups[place] = replace(held, turn=call.turn + 1)
-            self._identities.lead(self._groups[place])
-        self._answer(place, message)
-
-    def _answer(self, place: int, message: Message) -> None:
-        held = self._groups[place]
-        word = encode_call(call_of(held, held.step, places_of(held)))
-        self._station.node.send(message.source, CLAIM, word, causes=[message])
+        self._contention.hear(message, call)
 
     def note_reading(self, message: Message) -> None:
         """A member's reading, for all groups of this node that it is in."""
         self._readings.note(message.source, decode_reading(message.payload))
-
-    def _lose(self, place: int, tracks: Collection[int]) -> None:
-        """Lead these tracks no more."""
-        held = self._groups.pop(place)
-        left = kept(held, set(held.tracks).difference(tracks))
-        if left is not None:
-            self._groups[place] = left
-        self._tell_role(sorted(set(held.tracks).intersection(tracks)), 0)
-
-    def _tell_role(self, tracks: Collection[int], holds: int) -> None:
-        for track in tracks:
-            self._station.node.record(Role(self._station.node.id, f"{LEADER} {track}", holds))
-
-    def _tell_change(self, kind: str, parts: Sequence[Held]) -> None:
-        fields = json.dumps({"parts": [list(part.tracks) for part in parts]})
-        self._station.node.record(AlgorithmRecord(self._station.node.id, kind, fields))
 
     def _say(self, kind: str, call: Call) -> None:
         # a leader that is thought to be silent may just have jumped to where these members do not hear it
@@ -151,33 +113,37 @@ class Leading:
     def _lead(self, place: int) -> Op[None]:
         """One reading after another, until the group is given away, joined, superseded or ended."""
         station = self._station
-        while place in self._groups:
+        while place in self._holding.groups:
             # one that is late leaves readings out: its members would read something else by now
-            step = max(self._groups[place].step + 1, station.next_step)
+            step = max(self._holding.groups[place].step + 1, station.next_step)
             yield from station.node.pause_until(station.time_ns(step))
-            if place not in self._groups:
+            if place not in self._holding.groups:
                 return
-            readings = yield from self._collected(self._fresh(place), step)
-            if place not in self._groups:
+            self._holding.amidst.add(place)
+            readings = yield from self._take_reading(place, step)
+            self._holding.amidst.discard(place)
+            if readings is None:
                 return
-            yield from charge(station.node, operations(len(readings), self._groups[place].belief))
-            if place not in self._groups:
-                return
-            self._groups[place] = updated(station, self._fresh(place), step, readings)
-            self._identities.classify(self._groups[place])
+            self._identities.evidence.classify(self._holding.groups[place])
             yield from self._decide(place, {other for reading in readings.values() for other in reading.others})
 
-    def _fresh(self, place: int) -> Held:
-        """A group with what is known of its identities now."""
-        held = self._groups[place] = self._identities.fresh(self._groups[place])
-        return held
+    def _take_reading(self, place: int, step: int) -> Op[Mapping[int, Reading] | None]:
+        """Update a group by a reading, and return what members told; None where it is led here no more."""
+        readings = yield from self._collected(self._holding.fresh(place), step)
+        if place not in self._holding.groups:
+            return None
+        yield from charge(self._station.node, operations(len(readings), self._holding.groups[place].belief))
+        if place not in self._holding.groups:
+            return None
+        self._holding.groups[place] = updated(self._station, self._holding.fresh(place), step, readings)
+        return readings
 
     def _collected(self, held: Held, step: int) -> Op[Mapping[int, Reading]]:
         """Call the group, and take what its members tell until the time for that is over; this node's own among it."""
         station, node = self._station, self._station.node
         places_m = places_of(held)
         call = call_of(held, step, places_m)
-        self._turns.note(held.tracks, held.turn, node.id)
+        self._holding.turns.note(held.tracks, held.turn, node.id)
         self._on_call(call)
         self._say(CALL, call)
         own = None
@@ -191,65 +157,63 @@ class Leading:
 
     def _decide(self, place: int, others: Collection[Sighting]) -> Op[None]:
         """End, merge, split, or move on."""
-        parameters, held = self._station.parameters, self._groups[place]
+        parameters, held = self._station.parameters, self._holding.groups[place]
         if held.quiet >= parameters.quiet_steps:
-            self._end(place, f"nobody has read a target for {held.quiet} readings")
+            self._end_quiet(place)
             return
         others = [each for each in others if each.track not in held.tracks]
         if not others and held.is_parted:
-            held = self._groups[place] = replace(held, is_parted=False)
-        if (double := self._double(held, others)) is not None:
-            self._end(place, f"its target is that of track {double}")
+            held = self._holding.groups[place] = replace(held, is_parted=False)
+        if (double := double_of(self._station, held, others)) is not None:
+            self._end(place, held.tracks, f"its target is that of track {double}")
             return
-        near = [each for each in others if self._belong(held, each)]
-        if (host := self._host(held, near)) is not None:
+        near = [each for each in others if belong(self._station, held, each)]
+        if (host := host_of(self._station, held, near)) is not None:
             yield from self._given(place, host)
             return
         waits = self._join_own(place)
         yield from self._split(place)
-        if place in self._groups and not near and not waits:  # else stay: another group is on its way to this one
+        if (
+            place in self._holding.groups and not near and not waits
+        ):  # else stay: another group is on its way to this one
             yield from self._migrate(place)
 
-    def _double(self, held: Held, others: Sequence[Sighting]) -> int | None:
-        """The earlier track that a group's, which is fresh, turns out to be a double of."""
-        if not self._station.is_fresh(held.name):
-            return None
-        (x_m, y_m), *_ = places_of(held).tolist()
-        same_m = self._station.parameters.same_m
-        earlier = (each for each in others if each.track < held.name)
-        return next((each.track for each in earlier if np.hypot(each.x_m - x_m, each.y_m - y_m) <= same_m), None)
+    def _end_quiet(self, place: int) -> None:
+        """End what nobody reads any more: the group, or the one track that the readings do not speak for."""
+        held = self._holding.groups[place]
+        if held.spare is None:
+            self._end(place, held.tracks, f"nobody has read a target for {held.quiet} readings")
+        else:
+            self._end(place, (held.spare,), f"{held.quiet} readings are explained better without it")
 
-    def _belong(self, held: Held, other: Sighting) -> bool:
-        """Whether a group and another's track are to be joint; fresh ones may yet be the same, and wait."""
-        is_settled = not any(map(self._station.is_fresh, (*held.tracks, other.track)))
-        return is_settled and is_joint(self._station.parameters, held, places_of(held), other)
-
-    def _end(self, place: int, why: str) -> None:
-        held = self._groups[place]
-        self._say(END, call_of(held, held.step, places_of(held)))
-        self._station.node.log(f"{held.label}: {why}: ending")
-        self._lose(place, held.tracks)
-        self._identities.leave(held.tracks)
-
-    def _host(self, held: Held, near: Sequence[Sighting]) -> int | None:
-        """The leader to whom this group is to be given: of those that are to be joint, the one of the lowest track stays."""
-        lower = [each for each in near if each.track < held.name and each.leader != self._station.node.id]
-        return min(lower, key=lambda each: each.track).leader if lower else None
+    def _end(self, place: int, tracks: tuple[int, ...], why: str) -> None:
+        """End some tracks of a group, and say so; the others go on, and who is who of them is open."""
+        held = self._holding.fresh(place)
+        places_m = places_of(held)[[held.tracks.index(track) for track in tracks]]
+        call = replace(call_of(held, held.step, places_m), tracks=tracks)
+        self._on_end(call)
+        self._say(END, call)
+        self._station.node.log(f"{label_of(tracks)}: {why}: ending")
+        left = self._holding.lose(place, tracks)
+        self._identities.leave(tracks)
+        if left is not None:
+            self._holding.groups[place] = replace(left, quiet=0, spare=None)
+            self._identities.meet(left)
 
     def _given(self, place: int, receiver: int) -> Op[bool]:
-        """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered."""
-        held = self._fresh(place)
-        self._leaving.add(place)
+        """Give a group away; where nobody confirms, this node goes on with a turn above the one it offered, and says so."""
+        held = self._identities.evidence.with_waiting(self._holding.fresh(place))
+        self._holding.leaving.add(place)
         is_taken = yield from give(self._station, held, receiver)
-        self._leaving.discard(place)
-        if place not in self._groups:
+        self._holding.leaving.discard(place)
+        if place not in self._holding.groups:
             return True
         if is_taken:
-            self._lose(place, held.tracks)
+            self._holding.lose(place, held.tracks)
             self._identities.leave(held.tracks, Place(held.turn + 1, receiver), held.known)
         else:
-            self._groups[place] = replace(self._groups[place], turn=held.turn + 2)
-            self._identities.lead(self._groups[place])
+            self._holding.put(place, replace(self._holding.groups[place], turn=held.turn + 2))
+            self._contention.assert_to(receiver, self._holding.groups[place])
         return is_taken
 
     def _join_own(self, place: int) -> bool:
@@ -259,47 +223,48 @@ class Leading:
             Whether there are some that belong with it, and are yet to take a reading.
         """
         waits = False
-        for other in [each for each in self._groups if each != place and each not in self._leaving]:
-            if not self._are_joint(self._groups[place], self._groups[other]):
+        for other in [each for each in self._holding.groups if each != place and each not in self._holding.leaving]:
+            if not are_joint(self._station, self._holding.groups[place], self._holding.groups[other]):
                 continue
-            if self._groups[other].step == self._groups[place].step:
+            if (
+                other not in self._holding.amidst
+                and self._holding.groups[other].step == self._holding.groups[place].step
+            ):
                 self._merge(place, other)
             else:
                 waits = True
         return waits
 
-    def _are_joint(self, held: Held, other: Held) -> bool:
-        node = self._station.node
-        near = (
-            Sighting(node.id, track, *at) for track, at in zip(other.tracks, places_of(other).tolist(), strict=True)
-        )
-        return any(self._belong(held, one) for one in near)
-
     def _merge(self, place: int, other: int) -> None:
-        station, held, each = self._station, self._fresh(place), self._fresh(other)
-        del self._groups[other]
+        self._identities.evidence.fold((*self._holding.groups[place].tracks, *self._holding.groups[other].tracks))
+        station, held, each = self._station, self._holding.fresh(place), self._holding.fresh(other)
+        del self._holding.groups[other]
         both = joined(held, each, station.parameters.joint_particles, station.rng)
-        self._turns.note(both.tracks, both.turn, station.node.id)
-        self._groups[place] = both
-        self._identities.lead(both)
-        self._tell_change(MERGE, [held, each])
+        self._charge(join_operations(both.belief.count, held.belief.count + each.belief.count))
+        self._holding.turns.note(both.tracks, both.turn, station.node.id)
+        self._holding.put(place, both)
+        self._holding.tell_change(MERGE, [held, each])
+
+    def _charge(self, count: int) -> None:
+        self._station.node.spawn(charge(self._station.node, count))
 
     def _split(self, place: int) -> Op[None]:
         """Targets that have parted go on in groups of their own: the nearest here, others with the sensors nearest them."""
-        station = self._station
+        station, held = self._station, self._holding.fresh(place)
         parts = parts_of(
             station.parameters,
-            self._fresh(place),
+            held,
             station.knowledge.sensing_range_m,
             lambda targets: particles_of(station, targets),
             station.rng,
         )
         if len(parts) == 1:
-            self._groups[place] = parts[0]
+            self._holding.groups[place] = parts[0]
             return
+        self._charge(sum(resample_operations(held.belief.count, part.belief.count) for part in parts))
         parts.sort(key=lambda part: station.range_to_m(places_of(part)))
-        self._tell_change(SPLIT, parts)
-        self._groups[place] = parts[0]
+        self._holding.tell_change(SPLIT, parts)
+        self._holding.groups[place] = parts[0]
         self._identities.meet(parts[0])
         for part in parts[1:]:
             yield from self._sent_off(part)
@@ -307,16 +272,19 @@ class Leading:
     def _sent_off(self, part: Held) -> Op[None]:
         """Give a part to the sensor nearest to it, or go on with it here."""
         station = self._station
-        self._tell_role(part.tracks, 0)
         receiver, part = station.knowledge.nearest(_centre(part))[0], self._identities.fresh(part)
-        if receiver != station.node.id and (yield from give(station, part, receiver)):
+        is_taken = receiver != station.node.id and (yield from give(station, part, receiver))
+        self._holding.tell_role(part.tracks, 0)
+        if is_taken:
             self._identities.leave(part.tracks, Place(part.turn + 1, receiver), part.known)
-        else:
-            self.take(replace(part, turn=part.turn + 2))
+            return
+        part = replace(part, turn=part.turn + 2)
+        if self.take(part) and receiver != station.node.id:
+            self._contention.assert_to(receiver, part)
 
     def _migrate(self, place: int) -> Op[None]:
         """Move the group on to the sensor nearest to its targets, if that is nearer by the margin."""
-        station, centre_m = self._station, _centre(self._groups[place])
+        station, centre_m = self._station, _centre(self._holding.groups[place])
         nearest = station.knowledge.nearest(centre_m)[:2]
         own_m = float(np.hypot(*(station.place_m - centre_m)))
         for receiver in nearest:

@@ -90,9 +90,8 @@ class Whereabouts:
         if not self._by_rendezvous:
             return best.leader
         home = home_of(track, self._station.knowledge)
-        if home == self._station.node.id:
-            return self._registered.get(track, best).leader
-        found = yield from self._asked(track, home)
+        is_here = home == self._station.node.id
+        found = self._registered.get(track) if is_here else (yield from self._asked(track, home))
         return best.leader if found is None or found.turn < best.turn else found.leader
 
     def serve(self, message: Message) -> None:

@@ -13,7 +13,6 @@ import numpy as np
 
 from netsim.algorithms.joint_belief import particles_of
 from netsim.algorithms.joint_book import Calls
-from netsim.algorithms.joint_groups import kept
 from netsim.algorithms.joint_location import Whereabouts
 from netsim.algorithms.joint_messages import (
     Ask,
@@ -26,7 +25,7 @@ from netsim.algorithms.joint_messages import (
     encode_call,
     encode_reading,
 )
-from netsim.algorithms.joint_station import ASK, CALL, LATEST, READING, Station
+from netsim.algorithms.joint_station import ASK, CALL, END, LATEST, READING, Station
 from netsim.api import Message, Op
 from netsim.kernels.particles import uniform_disc
 from netsim.units import s_to_ns
@@ -48,6 +47,8 @@ class Membership:
         self._station, self._claim, self._whereabouts = station, claim, whereabouts
         self._heard: dict[int, Call] = {}
         """The last word heard, by track."""
+        self._ended: dict[int, Call] = {}
+        """The last word on tracks that have ended."""
         self._calls = Calls(station)
 
     def hear(self, message: Message) -> None:
@@ -77,13 +78,19 @@ class Membership:
     def note(self, call: Call) -> None:
         """Somebody speaks for these tracks, perhaps this node itself."""
         self._heard.update(dict.fromkeys(call.tracks, call))
+        for track in call.tracks:
+            self._ended.pop(track, None)
 
     def forget(self, message: Message) -> None:
-        """A track has ended, unless a later leader goes on with it."""
-        call = decode_call(message.payload)
+        """Some tracks have ended."""
+        self.note_end(decode_call(message.payload))
+
+    def note_end(self, call: Call) -> None:
+        """Tracks have ended, perhaps of this node itself, unless a later leader goes on with them."""
         for track in call.tracks:
             if not self._is_older(call, track):
                 self._heard.pop(track, None)
+                self._ended[track] = call
 
     def is_covered(self, step: int) -> bool:
         """Whether a group has called this node at a step."""
@@ -105,14 +112,21 @@ class Membership:
     def asked(self, message: Message) -> None:
         """Tell the last words on some tracks, heard or said, that are later than what a member knows, or pass it on."""
         ask = decode_ask(message.payload)
+        ended = {track: call for track in ask.tracks if (call := self._end_of(track, ask)) is not None}
         later = {track: call for track in ask.tracks if (call := self._later(track, ask)) is not None}
-        for call in dict.fromkeys(later.values()):
-            self._station.node.send(ask.member, LATEST, encode_call(call), causes=[message])
-        self._pass_on(message, ask, [track for track in ask.tracks if track not in later])
+        for kind, calls in ((END, ended), (LATEST, later)):
+            for call in dict.fromkeys(calls.values()):
+                self._station.node.send(ask.member, kind, encode_call(call), causes=[message])
+        self._pass_on(message, ask, [track for track in ask.tracks if track not in {*ended, *later}])
 
     def _later(self, track: int, ask: Ask) -> Call | None:
         call = self._heard.get(track)
         return call if call is not None and (call.step, call.turn) > (ask.step, ask.turn) else None
+
+    def _end_of(self, track: int, ask: Ask) -> Call | None:
+        """The word that a track has ended; it names the reading that the last call was for."""
+        call = self._ended.get(track)
+        return call if call is not None and (call.step, call.turn) >= (ask.step, ask.turn) else None
 
     def _pass_on(self, message: Message, ask: Ask, tracks: Collection[int]) -> None:
         """Ask whom this node gave the tracks to."""
@@ -148,15 +162,21 @@ class Membership:
         return [track for track in tracks if self._heard.get(track) is call]
 
     def _take_over(self, call: Call, tracks: Collection[int]) -> None:
-        held = kept(self._anew(call), tracks)
-        if held is not None:
+        if tracks:
+            held = self._anew(call, tuple(track for track in call.tracks if track in tracks))
             self._station.node.log(f"leader of {held.label} silent since reading {call.step}: taking over")
             self._claim(held)
 
-    def _anew(self, call: Call) -> Held:
-        """What a member can know: the targets were near the last estimates, and have moved since."""
+    def _anew(self, call: Call, tracks: tuple[int, ...]) -> Held:
+        """What a member can know of some of a call's tracks: they were near the last estimates, and have moved since.
+
+        A group of which only a part is taken over has parted: who is who among its tracks is open, whoever takes the rest.
+        """
         station = self._station
         elapsed = station.step - call.step + 1  # a call's estimates are a step old
         spread_m = station.knowledge.max_speed_m_per_s * station.knowledge.reading_s * elapsed
-        belief = uniform_disc(call.estimates_m, spread_m, particles_of(station, len(call.tracks)), station.rng)
-        return Held(station.step, call.turn + 1, call.tracks, belief, call.known.recovered(), is_blank=True)
+        centres_m = call.estimates_m[[call.tracks.index(track) for track in tracks]]
+        belief = uniform_disc(centres_m, spread_m, particles_of(station, len(tracks)), station.rng)
+        known = call.known.recovered()
+        known = known if tracks == call.tracks else known.met(call.tracks)
+        return Held(station.step, call.turn + 1, tracks, belief, known, is_blank=True)

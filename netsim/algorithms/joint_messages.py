@@ -19,8 +19,8 @@ _CALL = Record("IHB")  # step, turn, number of tracks
 _READING = Record("I")  # step
 _SIGHTING = Record("HI")  # leader, track
 _GIVEN = Record("IHBBBH")  # step, turn, flags, quiet readings, tracks, particles that are named
-_PARTED, _MET, _COUNTED, _BLANK_GIVEN = 1, 2, 4, 8
-"""Flags: it is parted, it has met, its particles have counts, it is blank."""
+_PARTED, _MET, _COUNTED, _BLANK_GIVEN, _WAITING = 1, 2, 4, 8, 16
+"""Flags: it is parted, it has met, its particles have counts, it is blank, evidence waits."""
 _BLANK = 0x80
 """Flag of a call in the number of tracks: it is blank."""
 _TRACK = Record("I")
@@ -172,8 +172,11 @@ class Held:
         known: What is known of identities, of its tracks and those that they are acquainted with.
         is_parted: Whether it came from a split, and its groups have collided ever since.
         has_met: Whether its targets have been within the distance of separation since they were joined.
-        quiet: Readings in a row in which no member read a target.
+        quiet: Readings in a row in which no member read a target, or that are explained better by one target less.
         is_blank: Whether its belief began anew, and has no reading in it yet.
+        waiting: What was learned of who each track is and has not been told yet, as a likelihood of each identity; nothing
+            if there is nothing.
+        spare: The track without which the last reading is explained better than with all; the leader alone knows it.
     """
 
     step: int
@@ -185,6 +188,8 @@ class Held:
     has_met: bool = False
     quiet: int = 0
     is_blank: bool = False
+    waiting: tuple[tuple[float, ...], ...] = ()
+    spare: int | None = None
 
     @property
     def rows(self) -> FloatArray:
@@ -211,8 +216,10 @@ def encode_given(held: Held, width: FloatWidth) -> bytes:
     """A group as it is given; its particles have equal weights, and those that are alike are named once."""
     particles, named, has_counts = encode_particles(held.belief.positions_m, width)
     flags = _PARTED * held.is_parted | _MET * held.has_met | _COUNTED * has_counts | _BLANK_GIVEN * held.is_blank
+    flags |= _WAITING * bool(held.waiting)
     head = _GIVEN.pack(held.step, held.turn, flags, min(held.quiet, _MOST_QUIET), len(held.tracks), named)
-    return head + b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known) + particles
+    waiting = encode_floats(np.ravel(held.waiting), "float32")
+    return head + b"".join(map(_TRACK.pack, held.tracks)) + encode_acquaintances(held.known) + waiting + particles
 
 
 def decode_given(data: bytes, width: FloatWidth) -> Held:
@@ -220,9 +227,17 @@ def decode_given(data: bytes, width: FloatWidth) -> Held:
     step, turn, flags, quiet, count, named = _GIVEN.unpack(data)
     tracks, offset = _tracks(data, _GIVEN.size_byte, count)
     known, end = decode_acquaintances(data, offset)
+    waiting, end = _waiting(data, end, (count, known.start.shape[1])) if flags & _WAITING else ((), end)
     belief = equal_weights(decode_particles(data[end:], named, bool(flags & _COUNTED), count, width))
     is_parted, has_met, is_blank = (bool(flags & flag) for flag in (_PARTED, _MET, _BLANK_GIVEN))
-    return Held(step, turn, tracks, belief, known, is_parted, has_met, quiet, is_blank)
+    return Held(step, turn, tracks, belief, known, is_parted, has_met, quiet, is_blank, waiting)
+
+
+def _waiting(data: bytes, offset: int, shape: tuple[int, int]) -> tuple[tuple[tuple[float, ...], ...], int]:
+    """Evidence that waits, and where it ends."""
+    end = offset + size_byte(shape[0] * shape[1], "float32")
+    likelihoods = decode_floats(data[offset:end], "float32").reshape(shape).tolist()
+    return tuple(tuple(each) for each in likelihoods), end
 
 
 def encode_taken(held: Held) -> bytes:

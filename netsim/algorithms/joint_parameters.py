@@ -8,6 +8,8 @@ from netsim.codec import FloatWidth
 from netsim.parameters import NonNegative, Positive, PositiveInt, Probability, parameters
 
 Share = Annotated[float, Gt(0), Le(1)]
+Particles = Annotated[int, Ge(1), Le(0xFFFF)]
+"""Two bytes of a belief that is given away say how many it names."""
 
 
 @parameters
@@ -19,9 +21,9 @@ class JointTrackingParameters:
     """
 
     type: Literal["joint-tracking"] = "joint-tracking"
-    particles: PositiveInt = 100
+    particles: Particles = 100
     """Particles of the belief of one target."""
-    joint_particles: PositiveInt = 200
+    joint_particles: Particles = 200
     """Particles of the belief of several."""
     begin: Literal["told", "detected"] = "told"
     """How tracks begin. `told`: the problem tells a node where its target enters. `detected`: a sensor that reads a target
@@ -56,7 +58,8 @@ class JointTrackingParameters:
     watch_share: Share = 0.5
     """Members within this share of the sensing range take over: they are still in range when the target has gone on."""
     quiet_steps: Annotated[int, Ge(1)] = 3
-    """A track ends when for so many readings no member reads a target."""
+    """A track ends when for so many readings no member reads a target or, of a joint group, the readings are explained
+    better by one target less."""
     quiet_sd: Positive = 6.0
     """A reading above so many standard deviations of the assumed noise shows that a target is near."""
     payload: FloatWidth = "float32"
@@ -77,4 +80,5 @@ class JointTrackingParameters:
     tell_s: Positive = 0.3
     """How long its confirmation is waited for."""
     tell_rounds: PositiveInt = 5
-    """After so many rows of attempts, one a reading, the leader is given up."""
+    """After so many rows of attempts, one a reading, the leader is given up; until it is heard of, it gets one row for each
+    news."""

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from netsim.algorithms.joint_parameters import JointTrackingParameters
-from netsim.api import NodeHandle, NoEnergyError, Op
+from netsim.api import NodeHandle, NoEnergyError, Op, Task
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge
 from netsim.kernels.semiring import FloatArray
 from netsim.units import s_to_ns
@@ -28,7 +28,7 @@ class Station:
     node: NodeHandle
     knowledge: EnergyTrackingKnowledge
     parameters: JointTrackingParameters
-    _read: dict[int, float | None] = field(default_factory=dict, init=False)
+    _read: dict[int, Task[float | None]] = field(default_factory=dict, init=False)
     """The last reading, by step."""
 
     @cached_property
@@ -80,13 +80,18 @@ class Station:
         return float(np.hypot(*(places_m - self.place_m).T).min())
 
     def read(self, step: int) -> Op[float | None]:
-        """The node's reading of a step, for all groups that it is in; None if its energy allowance refuses it."""
+        """The node's reading of a step; None if its energy allowance refuses it.
+
+        It is read once for all groups that the node is in: who asks while the sensor is at it waits for that.
+        """
         if step not in self._read:
-            try:
-                observation = yield from self.node.sense()
-                energy = float(observation.values[0])
-            except NoEnergyError:
-                energy = None
             self._read.clear()
-            self._read[step] = energy
-        return self._read[step]
+            self._read[step] = self.node.spawn(self._sensed())
+        return (yield from self._read[step].join())
+
+    def _sensed(self) -> Op[float | None]:
+        try:
+            observation = yield from self.node.sense()
+        except NoEnergyError:
+            return None
+        return float(observation.values[0])

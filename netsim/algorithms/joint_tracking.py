@@ -46,7 +46,12 @@ class _Tracker:
     def __init__(self, station: Station) -> None:
         self._station = station
         self._identities = Identities(station)
-        self._leading = Leading(station, lambda call: self._membership.note_own(call), self._identities)
+        self._leading = Leading(
+            station,
+            lambda call: self._membership.note_own(call),
+            lambda call: self._membership.note_end(call),
+            self._identities,
+        )
         self._membership = Membership(station, self._leading.claim, self._identities.whereabouts)
 
     def run(self) -> Op[None]:

@@ -1,4 +1,4 @@
-"""Collaboration groups: how far members are from their leaders, when groups are joint, and how many lead a track at once.
+"""Collaboration groups: how far members are from their leaders, when groups are joint, and how many lead a track.
 
 Tracking by groups of sensors whose readings come at fixed instants (Liu, Chu, Liu, Reich, Zhao 2004). A node leads track N
 while it holds the role `leader N`; one that is down leads nothing.
@@ -127,13 +127,15 @@ def _squared(pair: tuple[Estimate, FloatArray]) -> float | None:
 
 
 class TrackLeaders:
-    """Who leads which track: changes, and times with two leaders or more."""
+    """Who leads which track: changes, times with two leaders or more, and times without any between two leaders."""
 
     def __init__(self) -> None:
         self._holders: defaultdict[str, set[int]] = defaultdict(set)
         self._last: dict[str, int] = {}
         self._since_ns: dict[str, int] = {}
         self._doubled_s: list[float] = []
+        self._left_ns: dict[str, int] = {}
+        self._without_s: list[float] = []
         self._changes = 0
 
     def figures(self) -> dict[str, Any]:
@@ -142,6 +144,8 @@ class TrackLeaders:
             "track_leader_changes": self._changes,
             "track_two_leaders_s": math.fsum(self._doubled_s),
             "track_two_leaders_longest_s": max(self._doubled_s, default=0.0),
+            "track_without_leader_s": math.fsum(self._without_s),
+            "track_without_leader_longest_s": max(self._without_s, default=0.0),
         }
 
     def on_role(self, event: Role, now_ns: int) -> None:
@@ -165,7 +169,7 @@ class TrackLeaders:
             self._count(role, now_ns)
 
     def on_end(self, _: EnergyLedger, now_ns: int) -> None:
-        """What still goes on ends with the run."""
+        """Two leaders end with the run; a track without any that nobody takes up again has ended."""
         for role in list(self._since_ns):
             self._end(role, now_ns)
 
@@ -174,6 +178,10 @@ class TrackLeaders:
             self._since_ns.setdefault(role, now_ns)
         elif role in self._since_ns:
             self._end(role, now_ns)
+        if not self._holders[role]:
+            self._left_ns.setdefault(role, now_ns)
+        elif (left_ns := self._left_ns.pop(role, now_ns)) < now_ns:
+            self._without_s.append((now_ns - left_ns) / NS_PER_S)
 
     def _end(self, role: str, now_ns: int) -> None:
         length_ns = now_ns - self._since_ns.pop(role)

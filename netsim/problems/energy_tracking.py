@@ -12,19 +12,19 @@ import numpy as np
 from annotated_types import Ge, MinLen
 
 from netsim.errors import ScenarioError
-from netsim.kernels.energy_sensing import EnergyModel
+from netsim.kernels.energy_sensing import EnergyModel, amplitude_for
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.vehicle_labels import VehicleLabels
-from netsim.models.tracks import Track, TrackParameters, track_of
+from netsim.models.tracks import Track, TrackParameters
 from netsim.parameters import NonNegative, NonNegativeInt, PointM, Positive, parameters
 from netsim.problems.problem import placement
+from netsim.problems.target_truth import Box, later_targets, targets_at, ways_of
 from netsim.problems.vehicle_sounds import LabelParameters, Vehicle, VehicleSense, spectrum_of
 from netsim.rng import Streams
-from netsim.trace.events import Event, TruthTargets, VariablePlacement
+from netsim.trace.events import Event, VariablePlacement
 from netsim.units import s_to_ns
 
-Box = tuple[float, float, float, float]
 _LEAST_BINS = 16
 """With fewer the lines of engines run into each other."""
 
@@ -93,7 +93,7 @@ class EnergyTrackingParameters:
     @property
     def contribution(self) -> float:
         """C of Liu et al. 2004, eq 3: of a target at 1 m, were there no saturation."""
-        return 3.0 * self.noise_sd * self.sensing_range_m**2
+        return amplitude_for(self.sensing_range_m, self.noise_sd)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +132,11 @@ class EnergyTrackingProblem:
 
     def truth_events(self) -> Sequence[Event]:
         """Where the targets are at time 0."""
-        return [self._truth(0)]
+        return [targets_at(self.tracks, 0)]
 
     def later_truth(self, end_ns: int) -> Iterable[tuple[int, Event]]:
         """Where the targets are at every reading, and when one enters or leaves."""
-        step_ns = s_to_ns(self.parameters.reading_s)
-        turns = {time_ns for track in self.tracks for time_ns in (*track.times_ns, track.times_ns[-1] + 1)}
-        times_ns = {*range(step_ns, end_ns + 1, step_ns), *(time_ns for time_ns in turns if 0 < time_ns <= end_ns)}
-        return ((time_ns, self._truth(time_ns)) for time_ns in sorted(times_ns))
+        return later_targets(self.tracks, self.parameters.reading_s, end_ns)
 
     def placement_event(self) -> VariablePlacement:
         """No graphical model."""
@@ -207,11 +204,6 @@ class EnergyTrackingProblem:
         parameters = self.parameters
         return EnergyModel(parameters.contribution, parameters.noise_sd, parameters.saturation_m)
 
-    def _truth(self, time_ns: int) -> TruthTargets:
-        places = {number: track.at(time_ns) for number, track in enumerate(self.tracks)}
-        there = {number: place for number, place in places.items() if place is not None}
-        return TruthTargets(list(there), [x for x, _ in there.values()], [y for _, y in there.values()])
-
 
 def build(
     parameters: EnergyTrackingParameters,
@@ -236,18 +228,8 @@ def build(
         text = "no node has a sensor, so there is nobody to track"
         raise ScenarioError(text)
     sensors_m = {node: positions_m[node] for node in sorted(positions_m)}
-    tracks = tuple(_track(parameters, number, field_m, streams, folder) for number in range(len(parameters.targets)))
+    tracks = ways_of([target.track for target in parameters.targets], field_m, streams, folder)
     return EnergyTrackingProblem(parameters, sensors_m, tracks, _starts(parameters, sensors_m, tracks), streams)
-
-
-def _track(parameters: EnergyTrackingParameters, number: int, field_m: Box, streams: Streams, folder: Path) -> Track:
-    try:
-        return track_of(parameters.targets[number].track, number, field_m, streams, folder)
-    except ScenarioError as error:
-        if error.findings:
-            raise
-        text = f"targets[{number}].track: {error}"
-        raise ScenarioError(text) from error
 
 
 def _starts(

@@ -13,15 +13,14 @@ from netsim.kernels.beamformer import ArrayProcessing, square_m
 from netsim.kernels.grid_belief import Grid, grid_over
 from netsim.kernels.semiring import FloatArray
 from netsim.kernels.tracking_model import TrackingKnowledge
-from netsim.models.tracks import Track, track_of
+from netsim.models.tracks import Track
 from netsim.problems.acoustic_readings import AcousticReadings
 from netsim.problems.problem import placement
+from netsim.problems.target_truth import Box, later_targets, targets_at, ways_of
 from netsim.problems.tracking_parameters import TrackingParameters
 from netsim.rng import Streams
-from netsim.trace.events import Event, TruthTargets, VariablePlacement
+from netsim.trace.events import Event, VariablePlacement
 from netsim.units import s_to_ns
-
-Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +69,11 @@ class TrackingProblem:
 
     def truth_events(self) -> Sequence[Event]:
         """Where the targets are at time 0."""
-        return [self._truth(0)]
+        return [targets_at(self.tracks, 0)]
 
     def later_truth(self, end_ns: int) -> Iterable[tuple[int, Event]]:
         """Where the targets are at every reading, and when one enters or leaves."""
-        step_ns = s_to_ns(self.parameters.reading_s)
-        turns = {time_ns for track in self.tracks for time_ns in (*track.times_ns, track.times_ns[-1] + 1)}
-        times_ns = {*range(step_ns, end_ns + 1, step_ns), *(time_ns for time_ns in turns if 0 < time_ns <= end_ns)}
-        return ((time_ns, self._truth(time_ns)) for time_ns in sorted(times_ns))
+        return later_targets(self.tracks, self.parameters.reading_s, end_ns)
 
     def placement_event(self) -> VariablePlacement:
         """No graphical model."""
@@ -132,11 +128,6 @@ class TrackingProblem:
             streams=self.streams,
         )
 
-    def _truth(self, time_ns: int) -> TruthTargets:
-        places = {number: track.at(time_ns) for number, track in enumerate(self.tracks)}
-        there = {number: place for number, place in places.items() if place is not None}
-        return TruthTargets(list(there), [x for x, _ in there.values()], [y for _, y in there.values()])
-
     def _near(self, own: SensorSpec, others: Mapping[int, SensorSpec]) -> dict[int, SensorSpec]:
         parameters = self.parameters
         distance_m = {node: math.dist(own.position_m, spec.position_m) for node, spec in others.items()}
@@ -179,23 +170,13 @@ def build(
     sensors = {
         node: SensorSpec(positions_m[node], bearing_model if node in bearing else amplitude_model) for node in nodes
     }
-    tracks = tuple(_track(parameters, number, field_m, streams, folder) for number in range(len(parameters.targets)))
+    tracks = ways_of([target.track for target in parameters.targets], field_m, streams, folder)
     watchdogs = frozenset(node for node in nodes if _watches(parameters, positions_m[node], field_m))
     grid = grid_over(field_m, parameters.cell_m)
     problem = TrackingProblem(parameters, sensors, grid, tracks, None, watchdogs, streams)
     if parameters.first_leader == "none":
         return problem
     return TrackingProblem(parameters, sensors, grid, tracks, _loudest(problem), watchdogs, streams)
-
-
-def _track(parameters: TrackingParameters, number: int, field_m: Box, streams: Streams, folder: Path) -> Track:
-    try:
-        return track_of(parameters.targets[number].track, number, field_m, streams, folder)
-    except ScenarioError as error:
-        if error.findings:
-            raise
-        text = f"targets[{number}].track: {error}"
-        raise ScenarioError(text) from error
 
 
 def _models(parameters: TrackingParameters) -> tuple[AmplitudeModel, BearingModel]:

@@ -6,21 +6,16 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from netsim.flow import look as flow_look
 from netsim.flow.drawing import save, styled
 from netsim.snapshots import look
 from netsim.snapshots.group_moment import GroupMoment, group_moment, joint_spans_ns
 from netsim.snapshots.group_panel import draw_bars, draw_map, group_handles
 from netsim.snapshots.load import TrackRun
-from netsim.snapshots.picture import errors_of, mark_instants, panel_in
+from netsim.snapshots.picture import HEAD_IN, errors_of, finish_curve, mark_instants, panel_in, parted, shape_of
 from netsim.units import NS_PER_S
 
 _TEXT_IN = 0.5
 _BAR_IN = 0.21
-_STRIP_IN = 1.9
-_HEAD_IN = 0.4
-_LEGEND_IN = 0.62
-_COLUMNS = 4
 _USUAL = 0.9
 """Share of the errors that the scale is made for."""
 
@@ -43,16 +38,11 @@ def write_group_picture(run: TrackRun, times_ns: Sequence[int], path: Path) -> N
 def draw_groups(run: TrackRun, times_ns: Sequence[int]) -> Figure:
     """The picture as a figure."""
     moments = [group_moment(run, time_ns) for time_ns in times_ns]
-    rows = -(-len(moments) // _COLUMNS)
-    across = -(-len(moments) // rows)
+    rows, across = shape_of(len(moments))
     wide_in, tall_in = panel_in(run)
     bars_in = _BAR_IN * max(len(each.tracks) for each in moments) + 0.1
-    panels_in = _HEAD_IN + rows * (tall_in + _TEXT_IN + bars_in)
-    size_in = max(7.6, across * (wide_in + 0.3) + 0.5), panels_in + _LEGEND_IN + _STRIP_IN
-    figure = Figure(figsize=size_in, layout="constrained")
-    grid = figure.add_gridspec(3, 1, height_ratios=[panels_in, _LEGEND_IN, _STRIP_IN])
-    above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
-    above.suptitle(f"Tracks: {run.title}", x=0.01, ha="left", fontsize=11, color=flow_look.INK)
+    panels_in = HEAD_IN + rows * (tall_in + _TEXT_IN + bars_in)
+    figure, above, middle, below = parted(f"Tracks: {run.title}", across * (wide_in + 0.3) + 0.5, panels_in)
     _draw_panels(above, run, moments, (rows, across), (tall_in, bars_in))
     handles = group_handles(run, moments)
     middle.legend(handles=handles, loc="center", ncols=-(-len(handles) // 2), fontsize=8, columnspacing=1.4)
@@ -94,12 +84,7 @@ def _draw_errors(axes: Axes, run: TrackRun, moments: Sequence[GroupMoment]) -> N
         axes.plot(*errors_of(run, (track, 0)), color=colour, lw=1.1, marker=".", ms=3.5, label=f"track {track}")
     span_ns = run.clouds[0].time_ns, run.clouds[-1].time_ns
     mark_instants(axes, span_ns, [each.time_ns for each in moments])
-    axes.set_ylim(0.0, _top_m(run))
-    axes.margins(x=0.01)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("distance from target (m)")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), fontsize=8, ncols=6, borderaxespad=0.0)
+    finish_curve(axes, _top_m(run))
 
 
 def _top_m(run: TrackRun) -> float:

@@ -20,8 +20,10 @@ _WIDE_IN = 3.0
 _TALL_IN = 5.4  # a panel is at most so high
 _TEXT_IN = 0.65
 _STRIP_IN = 1.9
-_HEAD_IN = 0.4
+HEAD_IN = 0.4
+"""Height of the title."""
 _LEGEND_IN = 0.62
+_LEAST_IN = 7.6
 _COLUMNS = 4
 _APART = 0.06  # of the time shown: instants closer than this share a label
 
@@ -44,21 +46,31 @@ def write_picture(run: TrackRun, times_ns: Sequence[int], path: Path) -> None:
 def draw(run: TrackRun, times_ns: Sequence[int]) -> Figure:
     """The picture as a figure."""
     moments = [moment(run, time_ns) for time_ns in times_ns]
-    rows = -(-len(moments) // _COLUMNS)
-    across = -(-len(moments) // rows)
+    rows, across = shape_of(len(moments))
     wide_in, tall_in = panel_in(run)
-    panels_in = _HEAD_IN + rows * (tall_in + _TEXT_IN)
-    size_in = max(7.6, across * (wide_in + 0.25) + 0.9), panels_in + _LEGEND_IN + _STRIP_IN
-    figure = Figure(figsize=size_in, layout="constrained")
-    grid = figure.add_gridspec(3, 1, height_ratios=[panels_in, _LEGEND_IN, _STRIP_IN])
-    above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
-    above.suptitle(f"Track: {run.title}", x=0.01, ha="left", fontsize=11, color=flow_look.INK)
+    panels_in = HEAD_IN + rows * (tall_in + _TEXT_IN)
+    figure, above, middle, below = parted(f"Track: {run.title}", across * (wide_in + 0.25) + 0.9, panels_in)
     _draw_panels(above, run, moments, (rows, across))
     handles = legend_handles(run, moments)
     across = -(-len(handles) // 2)
     middle.legend(handles=handles, loc="center", ncols=across, fontsize=8, columnspacing=1.4, handletextpad=0.6)
     _draw_error(below.subplots(), run, moments)
     return figure
+
+
+def shape_of(panels: int) -> tuple[int, int]:
+    """Rows of panels, and how many of them stand beside each other."""
+    rows = -(-panels // _COLUMNS)
+    return rows, -(-panels // rows)
+
+
+def parted(title: str, wide_in: float, panels_in: float) -> tuple[Figure, SubFigure, SubFigure, SubFigure]:
+    """A figure with its title, and its parts: for panels of a height in inches, their legend, and a curve over time."""
+    figure = Figure(figsize=(max(_LEAST_IN, wide_in), panels_in + _LEGEND_IN + _STRIP_IN), layout="constrained")
+    grid = figure.add_gridspec(3, 1, height_ratios=[panels_in, _LEGEND_IN, _STRIP_IN])
+    above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
+    above.suptitle(title, x=0.01, ha="left", fontsize=11, color=flow_look.INK)
+    return figure, above, middle, below
 
 
 def panel_in(run: TrackRun) -> tuple[float, float]:
@@ -109,6 +121,11 @@ def _draw_error(axes: Axes, run: TrackRun, moments: Sequence[Moment]) -> None:
         axes.axvspan(begin_ns / NS_PER_S, end_ns / NS_PER_S, color=look.OUTAGE, alpha=0.35, lw=0, label=label)
     span_ns = run.steps[0].time_ns, run.steps[-1].time_ns
     mark_instants(axes, span_ns, [each.time_ns for each in moments])
+    finish_curve(axes, top_m)
+
+
+def finish_curve(axes: Axes, top_m: float) -> None:
+    """Scale, names and legend of a curve of distances from targets over time."""
     axes.set_ylim(0.0, top_m)
     axes.margins(x=0.01)
     axes.spines[["top", "right"]].set_visible(False)

@@ -1,5 +1,7 @@
 """What groups of joint tracking become, and how they travel as bytes: no node, no time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -90,11 +92,12 @@ def test_a_group_arrives_as_it_was_given(tracks, is_parted, has_met, quiet, is_b
     places_m = np.random.default_rng(1).uniform(-600.0, 600.0, (20, len(tracks), 2))
     known = acquainted(tracks, range(len(tracks)), 4)
     known = known.met(tracks) if len(tracks) > 1 else known
-    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet, is_blank)
+    waiting = tuple((1.0, 0.5, 0.25, track / 65536) for track in tracks) if is_parted else ()
+    held = Held(9, 4, tracks, equal_weights(places_m), known, is_parted, has_met, quiet, is_blank, waiting)
     there = decode_given(encode_given(held, width), width)
     assert (there.step, there.turn, there.tracks) == (9, 4, tracks)
     assert (there.is_parted, there.has_met, there.quiet) == (is_parted, has_met, min(quiet, 255))
-    assert there.is_blank == is_blank
+    assert (there.is_blank, there.waiting) == (is_blank, waiting)
     np.testing.assert_array_equal(there.rows, held.rows)
     places_m = places_m[np.lexsort(places_m.reshape(20, -1).T[::-1])]
     np.testing.assert_allclose(
@@ -182,11 +185,21 @@ def test_a_symmetric_belief_names_each_logical_target_once():
     np.testing.assert_allclose(found, [0, 100], atol=1.0)
 
 
-def test_a_group_that_loses_a_track_keeps_the_marginal_of_the_others():
+def test_a_group_that_loses_a_track_keeps_the_marginal_of_the_others_and_no_longer_knows_who_is_who():
     held = group((0, 0), (100, 0), (0, 100), tracks=(2, 4, 6))
     left = kept(held, {2, 6, 9})
     assert left.tracks == (2, 6)
     np.testing.assert_array_equal(left.belief.positions_m, held.belief.positions_m[:, [0, 2]])
-    np.testing.assert_array_equal(left.rows, held.rows[[0, 2]])
+    np.testing.assert_allclose(left.rows, [[1 / 3, 1 / 3, 1 / 3, 0]] * 2)
     assert kept(held, {9}) is None
     assert kept(held, held.tracks) is held
+
+
+def test_what_is_kept_of_a_pair_that_may_be_swapped_is_compact():
+    """Eq 6, not eq 5: half of the particles hold the pair the other way round."""
+    one = np.random.default_rng(1).normal([[0, 0], [100, 0]], 2.0, (100, 2, 2))
+    held = replace(group((0, 0), (100, 0)), belief=equal_weights(np.concatenate([one, one[:60, ::-1], one[:30]])))
+    for index, track in enumerate(held.tracks):
+        left = kept(held, {track})
+        np.testing.assert_allclose(left.belief.estimate_m[0], places_of(held)[index])
+        assert np.sqrt(left.belief.covariance_m2(0).trace()) < 4.0

@@ -9,7 +9,7 @@ import pytest
 from netsim.algorithms.joint_acquaintances import Acquaintances
 from netsim.algorithms.joint_changes import Place
 from netsim.algorithms.joint_identity import WORD, Identities
-from netsim.algorithms.joint_location import LOCATE, REGISTER, home_of
+from netsim.algorithms.joint_location import LOCATE, REGISTER, Whereabouts, home_of
 from netsim.algorithms.joint_messages import Held
 from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.algorithms.joint_station import Station
@@ -68,7 +68,7 @@ class Wandering:
             identities.lead(held_of(0, known, 0, 0))
             for look in range(self._looks):
                 yield from node.pause_until(s_to_ns(LOOK_S + 3 * look))
-                identities.classify(held_of(0, known, LOOK_S, 0))
+                identities.evidence.classify(held_of(0, known, LOOK_S, 0))
         elif node.id <= self._moves + 1:
             yield from node.pause_until(s_to_ns(node.id - 1) + s_to_ns(0.01 * (node.id > 1)))
             identities.lead(held_of(1, known, 0, node.id - 1))
@@ -142,6 +142,15 @@ def test_a_leader_that_is_silent_is_given_up():
     assert max(time_ns for time_ns, _ in run.of(MessageSent)) < (LOOK_S + 6) * NS_PER_S
 
 
+def test_a_leader_that_was_given_up_gets_one_row_of_words_for_each_news():
+    lost = ScriptedMedium([rule(DROP, kind=WORD)])
+    labels = itertools.cycle([0, 1])
+    run = run_of(0, lost, looks=4, tell_rounds=2, tell_attempts=1, label=lambda: next(labels), accuracy=0.9)
+    events = [what for _, what, _ in records(run)]
+    assert events.count("evidence") == 4
+    assert len(sent(run, WORD)) == 2 + 3
+
+
 def test_what_is_said_does_not_grow_with_time():
     """Labels that contradict each other, so that each is news: sixteen changes known to all become a new start."""
     looks, labels = 40, itertools.cycle([0, 1])
@@ -158,3 +167,19 @@ def test_homes_are_sensors_and_differ():
     homes = {home_of(track, KNOWLEDGE) for track in range(12)}
     assert homes <= set(SENSORS_M)
     assert len(homes) > 3
+
+
+def test_a_rendezvous_itself_goes_by_the_later_word_too():
+    """Node `home` led track 1 at turn 2, and has heard since that node 7 leads it at turn 4."""
+    home, found = home_of(1, KNOWLEDGE), []
+
+    class Once:
+        def run(self, node):
+            whereabouts = Whereabouts(Station(node, KNOWLEDGE, JointTrackingParameters(location="rendezvous")))
+            if node.id == home:
+                whereabouts.took(1, 2)
+                found.append((yield from whereabouts.find(1, Place(4, 7))))
+                found.append((yield from whereabouts.find(1, Place(1, 3))))
+
+    run_algorithm(Once, NODES, knowledge=lambda _: KNOWLEDGE, duration_s=1.0).require_success()
+    assert found == [7, home]

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from netsim.algorithms.joint_particles import decode_particles, encode_particles
 from netsim.codec import decode_floats, encode_floats, size_byte
+from netsim.errors import ScenarioError
+from netsim.scenario.load import load
 
 widths = st.sampled_from(["float64", "float32", "float16"])
 
@@ -62,3 +64,8 @@ def test_particles_that_all_differ_go_without_counts():
     positions_m = np.arange(40.0).reshape(10, 2, 2)
     payload, named, has_counts = encode_particles(positions_m, "float32")
     assert (len(payload), named, has_counts) == (160, 10, False)
+
+
+def test_more_particles_than_a_belief_can_name_are_refused(scenarios):
+    with pytest.raises(ScenarioError, match="joint_particles"):
+        load(scenarios / "liu2004" / "crossing.yaml", ["algorithm.joint_particles=65536"])

@@ -10,7 +10,7 @@ from netsim.algorithms.joint_parameters import JointTrackingParameters
 from netsim.algorithms.joint_tracking import JointTracking
 from netsim.kernels.energy_sensing import EnergyModel, amplitude_for
 from netsim.kernels.energy_tracking import EnergyTrackingKnowledge, TrackStart
-from netsim.testing import DROP, ScriptedMedium, duplicate, rule, run_algorithm
+from netsim.testing import DROP, ScriptedMedium, delay, duplicate, rule, run_algorithm
 from netsim.trace.events import Estimate, Identity, Log, MessageSent, Role
 from netsim.units import NS_PER_S
 
@@ -91,6 +91,14 @@ def test_of_two_leaders_for_want_of_confirmation_one_gives_way_within_a_reading(
     assert len(leaders(run)[0][-1][1]) == 1
     assert longest_with_two_s(run, 0) < 1.2
     assert not run.failures
+
+
+def test_who_has_taken_a_group_for_want_of_confirmation_is_told_at_once_that_its_giver_goes_on():
+    """They need not hear each other's calls: both may follow other targets by then."""
+    deaf = [rule(DROP, kind="call", source=a, destination=b) for a, b in ((2, 4), (4, 2))]
+    run = bench([4.2], [(2, 0, 3.5)], rule(DROP, kind="taken", destination=2), *deaf)
+    assert logs(run, "does not confirm")
+    assert longest_with_two_s(run, 0) < 0.7, "three times 0.2 s"
 
 
 def test_a_new_leader_that_cannot_be_reached_is_passed_over():
@@ -188,6 +196,26 @@ def test_two_groups_that_collide_merge_and_one_node_leads_both_tracks():
     assert sorted(last.values()) == pytest.approx([4.0, 6.0], abs=1.0)
 
 
+def test_a_group_that_is_given_amidst_a_reading_does_not_cost_the_hosts_group_that_reading():
+    late = rule(delay(0.6), kind="given", until_s=2.0)
+    run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)], late, give_s=0.9, migrate_m=9.0)
+    assert min(time_s for time_s, nodes in leaders(run)[1] if nodes != [6]) > 2.0
+    assert [t // NS_PER_S for t, event in run.of(Estimate) if event.target == 0] == list(range(1, 12))
+    assert leaders(run)[0][-1][1] == leaders(run)[1][-1][1] == [4]
+
+
+def test_a_member_of_two_groups_reads_its_sensor_once():
+    """The calls of both arrive while the sensor is being read."""
+    count = defaultdict(int)
+
+    def counted(node):
+        count[node] += 1
+        return TRUE.mean(np.array([[float(node), 0.0]]), np.array([[4.0, 0.0], [6.0, 0.0]]))
+
+    bench([], [(4, 0, 4.0), (6, 1, 6.0)], observe=counted, switch="never")
+    assert count[5] == 11
+
+
 def test_of_a_joint_group_of_two_leaders_none_loses_a_track_that_only_it_leads():
     """Track 1's leader never learns that its group was taken in and goes on with it; track 0 is led all the same."""
     run = bench([4.0, 6.0], [(4, 0, 4.0), (6, 1, 6.0)], rule(DROP, kind="taken", destination=6))
@@ -197,10 +225,49 @@ def test_of_a_joint_group_of_two_leaders_none_loses_a_track_that_only_it_leads()
     assert seen == {0, 1}
 
 
+def test_who_takes_over_a_part_of_a_joint_group_does_not_know_who_is_who():
+    """The joint leader, node 4, falls silent, members near each track take that over; and it hears of it later."""
+    away = [rule(DROP, from_s=5.6, until_s=9.7, **end) for end in ({"source": 4}, {"destination": 4})]
+    run = bench([2.0, 6.0], [(2, 0, 2.0), (6, 1, 6.0)], *away, separate_m=5.0, duration_s=16.0)
+    assert len(logs(run, "taking over")) > 1
+    told = [(t / NS_PER_S, e.node, e.track, e.probability) for t, e in run.of(Identity) if t > 8 * NS_PER_S]
+    assert {track for time_s, node, track, _ in told if node != 4 and time_s < 9.7} == {0, 1}
+    assert all(row == [0.5, 0.5] for time_s, node, _, row in told if node != 4 or time_s > 11.0)
+    assert all(len(turns[-1][1]) == 1 for turns in leaders(run).values())
+
+
 def test_a_track_whose_target_is_gone_ends_and_nobody_takes_it_over():
     run = bench([], [(4, 0, 4.2)])
     assert logs(run, "ending") == ["track 0: nobody has read a target for 3 readings: ending"]
     assert leaders(run)[0][-1][1] == []
+    assert not logs(run, "taking over")
+
+
+def test_a_target_that_goes_beside_another_ends_its_track_and_leaves_open_who_stays():
+    reads = defaultdict(int)
+
+    def read(node):
+        reads[node] += 1
+        there = [(4.0, 0.0), (6.0, 0.0)] if reads[node] <= 5 else [(4.0, 0.0)]
+        return TRUE.mean(np.array([[float(node), 0.0]]), np.array(there))
+
+    run = bench([], [(4, 0, 4.0), (6, 1, 6.0)], observe=read, duration_s=16.0)
+    (told,) = logs(run, "ending")
+    assert told.endswith("3 readings are explained better without it: ending")
+    gone = int(told.split()[1].rstrip(":"))
+    assert [len(leaders(run)[track][-1][1]) for track in (gone, 1 - gone)] == [0, 1]
+    last = [event for _, event in run.of(Estimate)][-3:]
+    assert {event.target for event in last} == {1 - gone}
+    assert [event.x_m for event in last] == pytest.approx([4.0] * 3, abs=0.8)
+    assert [event for _, event in run.of(Identity)][-1].probability == [0.5, 0.5]
+    assert not logs(run, "taking over")
+
+
+def test_a_member_that_misses_the_end_of_a_track_is_told_of_it_when_it_asks():
+    run = bench([], [(4, 0, 4.2)], rule(DROP, kind="end", destination=5, until_s=4.0), watch_share=1.0)
+    sent = [(event.kind, event.source, event.destination) for _, event in run.of(MessageSent)]
+    assert ("ask", 5, 4) in sent
+    assert ("end", 4, 5) in sent
     assert not logs(run, "taking over")
 
 

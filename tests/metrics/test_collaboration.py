@@ -115,3 +115,20 @@ def test_leaders_of_a_track_at_once():
     assert figures["track_leader_changes"] == 3
     assert figures["track_two_leaders_s"] == pytest.approx(0.5 + 1.0 + 1.5)
     assert figures["track_two_leaders_longest_s"] == pytest.approx(1.5)
+
+
+def test_a_track_without_a_leader_until_somebody_takes_it_over():
+    """From 2 to 4.5 s after a death, not after its end at 6 s; one that is handed over at an instant has no gap."""
+    figures = figures_of(
+        (0.0, leads(0, 7)),
+        (0.0, leads(2, 8)),
+        (1.0, estimate(7, 0.0)),
+        (2.0, NodeLife(0, "died", "")),
+        (3.0, leads(2, 8, 0)),
+        (3.0, leads(1, 8)),
+        (4.5, leads(1, 7)),
+        (6.0, leads(1, 7, 0)),
+        (9.0, END),
+    )
+    assert figures["track_without_leader_s"] == figures["track_without_leader_longest_s"] == pytest.approx(2.5)
+    assert figures["track_two_leaders_s"] == 0.0

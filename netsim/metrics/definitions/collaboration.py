@@ -79,4 +79,13 @@ METRICS = grouped(
         "Role, NodeLife",
     ),
     ("track_two_leaders_longest_s", "s", "lower", "The longest such time; 0 without any.", "Role, NodeLife"),
+    (
+        "track_without_leader_s",
+        "s",
+        "lower",
+        "How long tracks have no leader, from when the last one dies or gives them up until a node takes them over, sum "
+        "over the tracks. A track that nobody takes over has ended, and counts as missed where its target is still there.",
+        "Role, NodeLife",
+    ),
+    ("track_without_leader_longest_s", "s", "lower", "The longest such time; 0 without any.", "Role, NodeLife"),
 )
