@@ -14,7 +14,7 @@ import inspect
 import struct
 import sys
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from functools import cache
 from itertools import groupby, pairwise
 from operator import attrgetter
@@ -125,8 +125,36 @@ def encode(event: Event) -> bytes:
     return bytes(buffer)
 
 
-def decode(event_type: type[Event], data: bytes) -> Event:
+def fields_of(event_type: type[Event], text: str) -> int | None:
+    """How many fields of an event class a message definition describes: the first so many, one after the other.
+
+    A definition may end earlier than the class, where what it lacks has defaults, or go on after it: fields may be added at
+    the end without a new format version.
+
+    Args:
+        event_type: The class.
+        text: A message definition in a trace.
+
+    Returns:
+        The number of fields; None where the bytes of one are not those of the other.
+    """
+    mine, theirs = layout(schema_text(event_type)), layout(text)
+    if mine == theirs:
+        return len(fields(event_type))
+    count = min(len(mine), len(theirs))
+    if event_type in _WELL_KNOWN or mine[:count] != theirs[:count]:
+        return None
+    lacking = fields(event_type)[count:]
+    return None if any(each.default is MISSING for each in lacking) else count
+
+
+def decode(event_type: type[Event], data: bytes, count: int | None = None) -> Event:
     """The event that was encoded; arrays come back as numpy arrays, texts as tuples of strings.
+
+    Args:
+        event_type: Its class.
+        data: Its bytes; what follows the last field of the class is ignored.
+        count: How many of its fields are there, the rest having their defaults; None for all.
 
     Raises:
         TraceError: If the bytes are not the CDR form of such an event.
@@ -137,7 +165,9 @@ def decode(event_type: type[Event], data: bytes) -> Event:
     values: list[Any] = []
     at = len(HEADER)
     try:
-        for step in _DECODERS[event_type]:
+        # a class is hashable, whatever the type checker makes of the class variables of some
+        steps = _DECODERS[event_type] if count is None else _first_steps(event_type, count)  # type: ignore[arg-type]
+        for step in steps:
             at = step(data, at, values)
         return event_type(*values)
     except (struct.error, ValueError, TypeError) as error:
@@ -145,16 +175,22 @@ def decode(event_type: type[Event], data: bytes) -> Event:
         raise TraceError(msg) from error
 
 
-def _runs(event_type: type[Any]) -> list[tuple[str, tuple[str, ...]]]:
-    """The fields in order, neighbouring scalars together: (format characters or wire type, names)."""
+def _runs(event_type: type[Any], count: int | None = None) -> list[tuple[str, tuple[str, ...]]]:
+    """The first fields in order, neighbouring scalars together: (format characters or wire type, names)."""
     runs: list[tuple[str, tuple[str, ...]]] = []
-    for scalar, group in groupby(wire_types(event_type).items(), key=lambda item: item[1] in _FORMATS):
+    for scalar, group in groupby(list(wire_types(event_type).items())[:count], key=lambda item: item[1] in _FORMATS):
         items = list(group)
         if scalar:
             runs.append(("".join(_FORMATS[wire] for _, wire in items), tuple(name for name, _ in items)))
         else:
             runs += [(wire, (name,)) for name, wire in items]
     return runs
+
+
+@cache
+def _first_steps(event_type: type[Any], count: int) -> tuple[_Decode, ...]:
+    """What decodes the first so many fields."""
+    return tuple(_decode_step(form) for form, _ in _runs(event_type, count))
 
 
 def _encode_step(form: str, names: tuple[str, ...]) -> _Encode:

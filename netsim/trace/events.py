@@ -304,8 +304,7 @@ class Problem:
 
     topic: ClassVar[str] = "/problem"
     kind: Text
-    """`association`, `factor-graph`, `target-distribution`, `tracking`, `energy-tracking`, `none`."""
-    """`association`, `factor-graph`, `target-distribution`, `tracking`, `event-association`, `none`."""
+    """`association`, `factor-graph`, `target-distribution`, `tracking`, `energy-tracking`, `event-association`, `none`."""
     content_json: Text
 
 

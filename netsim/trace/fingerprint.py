@@ -27,7 +27,7 @@ def fingerprint(path: Path | str) -> str:
     digest = blake2b(digest_size=_DIGEST_SIZE_BYTE)
     for message in read_raw(path):
         digest.update(_HEAD.pack(message.time_ns, len(message.data)))
-        digest.update(message.event_type.topic.encode() + b"\0")
+        digest.update(message.topic.encode() + b"\0")
         digest.update(message.data)
     for name, data in sorted(trace_attachments(path).items()):
         digest.update(_HEAD.pack(0, len(data)) + name.encode() + b"\0" + data)

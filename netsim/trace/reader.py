@@ -9,9 +9,9 @@ import os
 import struct
 import warnings
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from io import BytesIO
 from pathlib import Path
 
@@ -21,8 +21,9 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
+from netsim import __version__
 from netsim.errors import TraceError
-from netsim.trace.cdr import SCHEMA_ENCODING, decode, layout, schema_text
+from netsim.trace.cdr import SCHEMA_ENCODING, decode, fields_of
 from netsim.trace.events import EVENT_TYPES, Event
 from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
 from netsim.units import NS_PER_S
@@ -48,13 +49,19 @@ class RawMessage:
 
     Attributes:
         time_ns: When it was recorded.
-        event_type: The class of the event.
+        topic: Its topic.
+        event_type: The class of the event; None for a topic that only later versions of netsim know.
         data: Its CDR bytes.
+        sequence: Its number among those of its topic, from 0.
+        fields: How many of its class's fields it has; None for all.
     """
 
     time_ns: int
-    event_type: type[Event]
+    topic: str
+    event_type: type[Event] | None
     data: bytes
+    sequence: int = 0
+    fields: int | None = None
 
 
 def read_trace(
@@ -63,7 +70,7 @@ def read_trace(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[tuple[int, Event]]:
-    """The events of a trace with their times, in order.
+    """The events of a trace with their times, in order; without those of topics unknown to this version.
 
     Args:
         path: The trace.
@@ -88,11 +95,23 @@ def read_raw(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[RawMessage]:
-    """Like `read_trace`, but the events stay undecoded."""
+    """Like `read_trace`, but the events stay undecoded, and those of topics unknown to this version are there too."""
     trace_metadata(path)
     low = 0 if start_ns is None else start_ns
     high = 1 << 64 if end_ns is None else end_ns
     return _messages(Path(path), topics, low, high)
+
+
+def decoded(path: Path | str, message: RawMessage) -> Event:
+    """The event in a message of the trace `path`.
+
+    Raises:
+        TraceError: If its bytes are broken, or its topic is unknown to this version.
+    """
+    with _blame(Path(path)):
+        if message.event_type is None:
+            raise TraceError(_unknown(message.topic))
+        return decode(message.event_type, message.data, message.fields)
 
 
 def trace_metadata(path: Path | str) -> dict[str, str]:
@@ -106,7 +125,7 @@ def trace_metadata(path: Path | str) -> dict[str, str]:
             with _blame(Path(path)):
                 record = Metadata.read(_stream(body))
             if record.name == RUN_RECORD:
-                _check_version(path, record.metadata.get("format_version", "none"))
+                _check_version(path, record.metadata)
                 return dict(record.metadata)
     msg = f"{path}: not a trace of netsim: it has no {RUN_RECORD} record"
     raise TraceError(msg)
@@ -184,9 +203,8 @@ def has_events(path: Path | str) -> bool:
 
 def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, Event]]:
     for message in messages:
-        with _blame(path):
-            event = decode(message.event_type, message.data)
-        yield message.time_ns, event
+        if message.event_type is not None:
+            yield message.time_ns, decoded(path, message)
 
 
 def _records(path: Path) -> Iterator[tuple[int, bytes]]:
@@ -215,11 +233,11 @@ class _Contents:
 
     topics: Collection[str] | None
     schemas: dict[int, Schema] = field(default_factory=dict)
-    types: dict[int, type[Event]] = field(default_factory=dict)
+    kinds: dict[int, tuple[str, type[Event] | None, int | None]] = field(default_factory=dict)
 
     def announce(self, channel: Channel) -> None:
         if self.topics is None or channel.topic in self.topics:
-            self.types[channel.id] = _event_type(channel, self.schemas[channel.schema_id])
+            self.kinds[channel.id] = (channel.topic, *_event_type(channel, self.schemas[channel.schema_id]))
 
 
 def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -> Iterator[RawMessage]:
@@ -251,10 +269,11 @@ def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> It
         at += _RECORD.size
         body, at = data[at : at + length], at + length
         if opcode == Opcode.MESSAGE:
-            channel, _, time_ns, _ = _MESSAGE.unpack_from(body)
-            event_type = contents.types.get(channel)
-            if event_type is not None and low <= time_ns < high:
-                yield RawMessage(time_ns, event_type, body[_MESSAGE.size :])
+            channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body)
+            kind = contents.kinds.get(channel)
+            if kind is not None and low <= time_ns < high:
+                topic, event_type, count = kind
+                yield RawMessage(time_ns, topic, event_type, body[_MESSAGE.size :], sequence, count)
         elif opcode == Opcode.SCHEMA:
             schema = Schema.read(_stream(body))
             contents.schemas[schema.id] = schema
@@ -275,22 +294,35 @@ def _stream(body: bytes) -> ReadDataStream:
     return ReadDataStream(BytesIO(body))
 
 
-def _event_type(channel: Channel, schema: Schema) -> type[Event]:
-    """The event class of a channel, whose fields must be those of this version."""
+def _event_type(channel: Channel, schema: Schema) -> tuple[type[Event] | None, int | None]:
+    """The event class of a channel, and how many of its fields are there if not all; no class for an unknown topic."""
     event_type = _TYPE_OF_TOPIC.get(channel.topic)
     if event_type is None:
-        msg = f"topic {channel.topic} is not in this version's vocabulary"
-        raise TraceError(msg)
-    if schema.encoding != SCHEMA_ENCODING or layout(schema.data.decode()) != layout(schema_text(event_type)):
+        return None, None
+    count = fields_of(event_type, schema.data.decode()) if schema.encoding == SCHEMA_ENCODING else None
+    if count is None:
         msg = f"topic {channel.topic} is laid out otherwise than in this version"
         raise TraceError(msg)
-    return event_type
+    return event_type, None if count == len(fields(event_type)) else count
 
 
-def _check_version(path: Path | str, version: str) -> None:
-    if version != FORMAT_VERSION:
-        msg = f"{path}: expected trace format version {FORMAT_VERSION}, got {version}"
-        raise TraceError(msg)
+def _unknown(topic: str) -> str:
+    return f"topic {topic} is not in this version's vocabulary"
+
+
+def _check_version(path: Path | str, run: Mapping[str, str]) -> None:
+    """Refuse a format that is not ours: which it is, which we read, what to do."""
+    version, writer = run.get("format_version", "none"), run.get("netsim_version", "")
+    if version == FORMAT_VERSION:
+        return
+    is_newer = version.isdecimal() and int(version) > int(FORMAT_VERSION)
+    remedy = "upgrade netsim" if is_newer else "read it with the netsim that wrote it, or run the scenario again"
+    wrote = f" (netsim {writer} wrote it)" if writer else ""
+    msg = (
+        f"{path}: expected trace format version {FORMAT_VERSION} (this is netsim {__version__}), got {version}{wrote}; "
+        f"{remedy}"
+    )
+    raise TraceError(msg)
 
 
 @contextmanager
