@@ -36,7 +36,7 @@ _MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<QQI")
 _TAIL_SIZE_BYTE = _RECORD.size + _FOOTER.size + len(_MAGIC)
 _CHECKSUM_AND_MAGIC_BYTE = 4 + len(_MAGIC)
-_TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
+TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
 
 
 class TruncatedTraceWarning(UserWarning):
@@ -108,7 +108,7 @@ def decoded(path: Path | str, message: RawMessage) -> Event:
     Raises:
         TraceError: If its bytes are broken, or its topic is unknown to this version.
     """
-    with _blame(Path(path)):
+    with blame(Path(path)):
         if message.event_type is None:
             raise TraceError(_unknown(message.topic))
         return decode(message.event_type, message.data, message.fields)
@@ -120,10 +120,10 @@ def trace_metadata(path: Path | str) -> dict[str, str]:
     Raises:
         TraceError: If the file cannot be read, is not a trace of netsim or has another format version.
     """
-    for opcode, body in _records(Path(path)):
+    for opcode, body in file_records(Path(path)):
         if opcode == Opcode.METADATA:
-            with _blame(Path(path)):
-                record = Metadata.read(_stream(body))
+            with blame(Path(path)):
+                record = Metadata.read(from_bytes(body))
             if record.name == RUN_RECORD:
                 _check_version(path, record.metadata)
                 return dict(record.metadata)
@@ -152,9 +152,9 @@ def trace_attachments(path: Path | str) -> dict[str, bytes]:
         TraceError: If the trace cannot be read.
     """
     trace_metadata(path)
-    bodies = [body for opcode, body in _records(Path(path)) if opcode == Opcode.ATTACHMENT]
-    with _blame(Path(path)):
-        return {record.name: record.data for record in map(Attachment.read, map(_stream, bodies))}
+    bodies = [body for opcode, body in file_records(Path(path)) if opcode == Opcode.ATTACHMENT]
+    with blame(Path(path)):
+        return {record.name: record.data for record in map(Attachment.read, map(from_bytes, bodies))}
 
 
 def last_time_ns(path: Path | str) -> int:
@@ -164,7 +164,7 @@ def last_time_ns(path: Path | str) -> int:
         TraceError: If the trace cannot be read.
     """
     trace_metadata(path)
-    ends = (_CHUNK_TIMES.unpack_from(body)[1] for opcode, body in _records(Path(path)) if opcode == Opcode.CHUNK)
+    ends = (_CHUNK_TIMES.unpack_from(body)[1] for opcode, body in file_records(Path(path)) if opcode == Opcode.CHUNK)
     return max(ends, default=0)
 
 
@@ -198,7 +198,7 @@ def has_events(path: Path | str) -> bool:
     Raises:
         TraceError: If the file cannot be read.
     """
-    return any(opcode == Opcode.CHUNK for opcode, _ in _records(Path(path)))
+    return any(opcode == Opcode.CHUNK for opcode, _ in file_records(Path(path)))
 
 
 def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, Event]]:
@@ -207,7 +207,7 @@ def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, 
             yield message.time_ns, decoded(path, message)
 
 
-def _records(path: Path) -> Iterator[tuple[int, bytes]]:
+def file_records(path: Path) -> Iterator[tuple[int, bytes]]:
     """The records of the data section as opcode and content; ends with `DATA_END` unless the file was cut short."""
     try:
         with path.open("rb") as stream:
@@ -243,16 +243,16 @@ class _Contents:
 def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -> Iterator[RawMessage]:
     contents = _Contents(topics)
     opcode = last_ns = 0
-    for opcode, body in _records(path):
+    for opcode, body in file_records(path):
         if opcode != Opcode.CHUNK:
             continue
-        with _blame(path):
-            chunk = Chunk.read(_stream(body))
+        with blame(path):
+            chunk = Chunk.read(from_bytes(body))
             last_ns = chunk.message_end_time
             if chunk.message_start_time >= high and contents.schemas:
                 return
             if chunk.message_end_time >= low or not contents.schemas:
-                yield from _chunk_messages(_uncompressed(chunk), contents, low, high)
+                yield from _chunk_messages(uncompressed(chunk), contents, low, high)
     if opcode != Opcode.DATA_END:
         message = (
             f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
@@ -263,11 +263,7 @@ def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -
 
 def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> Iterator[RawMessage]:
     """The messages among the records of a chunk; schemas and channels go into `contents`."""
-    at = 0
-    while at < len(data):
-        opcode, length = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
-        body, at = data[at : at + length], at + length
+    for opcode, body in chunk_records(data):
         if opcode == Opcode.MESSAGE:
             channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body)
             kind = contents.kinds.get(channel)
@@ -275,13 +271,23 @@ def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> It
                 topic, event_type, count = kind
                 yield RawMessage(time_ns, topic, event_type, body[_MESSAGE.size :], sequence, count)
         elif opcode == Opcode.SCHEMA:
-            schema = Schema.read(_stream(body))
+            schema = Schema.read(from_bytes(body))
             contents.schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            contents.announce(Channel.read(_stream(body)))
+            contents.announce(Channel.read(from_bytes(body)))
 
 
-def _uncompressed(chunk: Chunk) -> bytes:
+def chunk_records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """The records of an unpacked chunk as opcode and content."""
+    at = 0
+    while at < len(data):
+        opcode, length = _RECORD.unpack_from(data, at)
+        at += _RECORD.size
+        yield opcode, data[at : at + length]
+        at += length
+
+
+def uncompressed(chunk: Chunk) -> bytes:
     """The records of a chunk, checked against its checksum."""
     data = zstandard.decompress(chunk.data, chunk.uncompressed_size) if chunk.compression == "zstd" else chunk.data
     if zlib.crc32(data) != chunk.uncompressed_crc:
@@ -290,13 +296,14 @@ def _uncompressed(chunk: Chunk) -> bytes:
     return data
 
 
-def _stream(body: bytes) -> ReadDataStream:
+def from_bytes(body: bytes) -> ReadDataStream:
+    """The content of a record, for the record classes of `mcap`."""
     return ReadDataStream(BytesIO(body))
 
 
 def _event_type(channel: Channel, schema: Schema) -> tuple[type[Event] | None, int | None]:
     """The event class of a channel, and how many of its fields are there if not all; no class for an unknown topic."""
-    event_type = _TYPE_OF_TOPIC.get(channel.topic)
+    event_type = TYPE_OF_TOPIC.get(channel.topic)
     if event_type is None:
         return None, None
     count = fields_of(event_type, schema.data.decode()) if schema.encoding == SCHEMA_ENCODING else None
@@ -326,7 +333,7 @@ def _check_version(path: Path | str, run: Mapping[str, str]) -> None:
 
 
 @contextmanager
-def _blame(path: Path) -> Iterator[None]:
+def blame(path: Path) -> Iterator[None]:
     """Turn what broken bytes can raise into a `TraceError` that names the file."""
     try:
         yield

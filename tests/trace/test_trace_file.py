@@ -219,7 +219,9 @@ def test_files_that_are_not_ours_are_refused(tmp_path: Path, small: Path) -> Non
     with pytest.raises(TraceError, match=r"not a trace of netsim: it has no netsim\.run record"):
         read_trace(other)
     foreign(other, {"format_version": "9"})
-    with pytest.raises(TraceError, match="expected trace format version 1, got 9"):
+    with pytest.raises(
+        TraceError, match=r"expected trace format version 1 \(this is netsim .*\), got 9; upgrade netsim"
+    ):
         read_trace(other)
     foreign(other, {"format_version": "1"}, topic="/frames")
     with pytest.raises(TraceError, match="topic /frames is laid out otherwise"):
