@@ -38,6 +38,8 @@ from netsim.trace.recorder import Handler
 
 SUM_TOLERANCE = 1e-6
 """Of probabilities that sum to one: they have been through messages of any width and were scaled again."""
+ROUNDING = 1e-12
+"""Of a probability that meets its bound."""
 _PROBABILITIES = ("probability", "prr", "low", "high")
 _SUM_TO_ONE = (Marginals, Identity, Belief)
 _TOGETHER: Mapping[type[Any], tuple[tuple[str, ...], ...]] = {
@@ -65,20 +67,8 @@ _WORDS: Mapping[tuple[type[Any], str], frozenset[Any]] = {
     (EnergyBudget, "event"): frozenset({"short", "replenished", "refused", "ended"}),
     (Fault, "event"): frozenset({"begins", "ends", "strikes"}),
     (MessageDropped, "reason"): frozenset(
-        [
-            "no_ack",
-            "channel_busy",
-            "queue_full",
-            "no_route",
-            "hop_limit",
-            "reassembly_timeout",
-            "no_energy",
-            "reassembly_full",
-            "malformed",
-            "no_sequence",
-            "died",
-            "crashed",
-        ]
+        {"no_ack", "channel_busy", "queue_full", "no_route", "hop_limit", "reassembly_timeout", "reassembly_full"}
+        | {"no_energy", "malformed", "no_sequence", "died", "crashed"}
     ),
     (RadioState, "state"): frozenset(range(len(RADIO_STATES))),
     (Log, "level"): frozenset({1, 2, 3, 4}),
@@ -151,7 +141,7 @@ class Probabilities:
     """Probabilities are within [0, 1], those of one variable sum to one, and bounds enclose what they bound."""
 
     def __init__(self) -> None:
-        self._range = Tally("probabilities are in [0, 1]", "arrays")
+        self._range = Tally("probabilities are in [0, 1]", "arrays", f"and within their bounds, to {ROUNDING:g}")
         self._sums = Tally("probabilities sum to one", "arrays", f"to {SUM_TOLERANCE:g}")
 
     @property
@@ -197,7 +187,7 @@ class Probabilities:
 
     def _bound(self, event: Any, now_ns: int) -> None:
         low, value, high = (np.asarray(values) for values in (event.low, event.probability, event.high))
-        if len(low) == len(value) == len(high) and not ((low <= value) & (value <= high)).all():
+        if len(low) == len(value) == len(high) and not ((low <= value + ROUNDING) & (value <= high + ROUNDING)).all():
             self._range.found(f"{event.topic}: a probability is outside of its bounds", now_ns, _node_of(event))
 
 

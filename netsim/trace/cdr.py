@@ -13,7 +13,7 @@ import ast
 import inspect
 import struct
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import cache
 from itertools import groupby, pairwise
@@ -34,7 +34,11 @@ _FORMATS = {"int32": "i", "int64": "q", "uint8": "B", "uint32": "I", "float32": 
 _PADDING = tuple(bytes(count) for count in range(8))
 _COUNT = struct.Struct("<I")
 _SHORT = 64  # sequences up to this length have their own struct
-_CONSTANTS = {(Frame, "rx_outcome"): OUTCOMES, (RadioState, "state"): RADIO_STATES}
+CODES: Mapping[tuple[type[Event], str], Sequence[str]] = {
+    (Frame, "rx_outcome"): OUTCOMES,
+    (RadioState, "state"): RADIO_STATES,
+}
+"""Fields that hold a code, each with the meanings of 0, 1, 2, ..."""
 _FOXGLOVE_LOG = """builtin_interfaces/Time timestamp
 # 1 debug, 2 info, 3 warning, 4 error
 uint8 level
@@ -70,11 +74,11 @@ def schema_text(event_type: type[Event]) -> str:
     """The ROS 2 message definition of an event class, with its documentation as comments and its codes as constants."""
     if event_type in _WELL_KNOWN:
         return _WELL_KNOWN[event_type][1]
-    notes = _field_notes(event_type)
+    notes = field_notes(event_type)
     lines = _comment(inspect.cleandoc(event_type.__doc__ or ""))
     for name, wire in wire_types(event_type).items():
         lines += _comment(notes.get(name, ""))
-        for code, meaning in enumerate(_CONSTANTS.get((event_type, name), ())):
+        for code, meaning in enumerate(CODES.get((event_type, name), ())):
             lines.append(f"uint8 {meaning.upper()}={code}")
         lines.append(f"{wire} {name}")
     return "\n".join(lines) + "\n"
@@ -90,8 +94,8 @@ def _comment(text: str) -> list[str]:
     return [f"# {line}" for line in text.splitlines() if line]
 
 
-def _field_notes(event_type: type[Event]) -> dict[str, str]:
-    """The string under each field of a class; empty where the source is not at hand."""
+def field_notes(event_type: type[Event]) -> dict[str, str]:
+    """The string under each field of an event class, by name; nothing where the source is not at hand."""
     notes: dict[str, str] = {}
     for field, note in pairwise(_bodies(sys.modules[event_type.__module__]).get(event_type.__qualname__, [])):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(note, ast.Expr):
