@@ -145,7 +145,7 @@ class BatteryCloses:
             self._tally.looked += 1
             if not 0.0 <= spilled_j <= offered_j * (1.0 + RELATIVE):
                 self._tally.found(f"spilled {spilled_j:.12g} J of {offered_j:.12g} J offered", now_ns, node)
-            if node in used_j and not self._closes(node, used_j[node], left_j[node], gain_j):
+            if node in used_j and node in left_j and not self._closes(node, used_j[node], left_j[node], gain_j):
                 self._complain(node, now_ns, used_j[node], left_j[node], gain_j)
 
     def _closes(self, node: int, used_j: float, left_j: float, gain_j: float) -> bool:

@@ -17,6 +17,7 @@ from netsim.trace.events import (
     RadioState,
 )
 from netsim.trace.recorder import Handler
+from netsim.units import s_to_ns
 
 _RECEIVED, _OVERHEARD = OUTCOME_CODE["received"], OUTCOME_CODE["overheard"]
 _DECODED = (_RECEIVED, _OVERHEARD)
@@ -78,6 +79,35 @@ class FrameTimes:
             self._times.found(f"a second frame {number}", now_ns, source)
 
 
+class _Down:
+    """When nodes were down: of each whether it is, since when, and the last time it was."""
+
+    def __init__(self) -> None:
+        self._is: dict[int, tuple[int, str]] = {}
+        self._was: dict[int, tuple[int, int, str]] = {}
+
+    def begins(self, node: int, how: str, now_ns: int) -> None:
+        """A node goes down, or is down in another way."""
+        since_ns, _ = self._is.get(node, (now_ns, how))
+        self._is[node] = (since_ns, how)
+
+    def ends(self, node: int, now_ns: int) -> None:
+        """It is up, again or still."""
+        if node in self._is:
+            since_ns, how = self._is.pop(node)
+            self._was[node] = (since_ns, now_ns, how)
+
+    def before(self, node: int, now_ns: int) -> str:
+        """How a node has been down since before now; empty if it has not."""
+        since_ns, how = self._is.get(node, (now_ns, ""))
+        return how if since_ns < now_ns else ""
+
+    def within(self, node: int, start_ns: int, end_ns: int) -> str:
+        """How a node was down within an interval; empty if it was not. To touch its ends does not count."""
+        begun_ns, over_ns, how = self._was.get(node, (end_ns, start_ns, ""))
+        return self.before(node, end_ns) or (how if begun_ns < end_ns and over_ns > start_ns else "")
+
+
 class AwakeNodes:
     """Nobody sends or decodes while its radio sleeps, is off or dead; at detail `full`, a sender's radio says `transmit`.
 
@@ -91,9 +121,11 @@ class AwakeNodes:
         self._is_full = run.detail == "full"
         if not self._is_full:
             self._states.note = f"needs the detail full, this is {run.detail}"
-        self._down: dict[int, tuple[int, str]] = {}
-        self._was_down: dict[int, tuple[int, int, str]] = {}
+        self._radios, self._lives = _Down(), _Down()
         self._begun: defaultdict[int, deque[int]] = defaultdict(deque)
+        self._longest_ns = 0
+        delay_s = run.medium.get("delay_s", 0.0)
+        self._delay_ns = s_to_ns(delay_s) if isinstance(delay_s, int | float) else 0
 
     @property
     def tallies(self) -> Sequence[Tally]:
@@ -105,34 +137,31 @@ class AwakeNodes:
         return {RadioState: self._enter, NodeLife: self._live, Frame: self._look}
 
     def conclude(self, end: End) -> None:
-        """See `Rule`. One transmission a node may be on its way at the end."""
+        """See `Rule`. What began less than the longest frame's time ago may be on its way at the end."""
+        latest_ns = end.time_ns - self._longest_ns - self._delay_ns
         for node, begun in self._begun.items():
-            if len(begun) > 1 and end.is_whole:
+            if begun and begun[0] < latest_ns and end.is_whole:
                 self._states.found(f"transmit at {seconds(begun[0])} s, but no such frame", end.time_ns, node)
 
     def _enter(self, event: RadioState, now_ns: int) -> None:
         if event.state in _DOWN:
-            self._fall(event.node, _DOWN[event.state], now_ns)
-        elif event.node in self._down:
-            since_ns, state = self._down.pop(event.node)
-            self._was_down[event.node] = (since_ns, now_ns, state)
+            self._radios.begins(event.node, _DOWN[event.state], now_ns)
+        else:
+            self._radios.ends(event.node, now_ns)
         if self._is_full and event.state == _TRANSMIT:
             self._begun[event.node].append(now_ns)
 
     def _live(self, event: NodeLife, now_ns: int) -> None:
         if event.event in ("died", "crashed"):
-            self._fall(event.node, event.event, now_ns)
-        elif event.event == "rebooted" and event.node in self._down:
-            since_ns, state = self._down.pop(event.node)
-            self._was_down[event.node] = (since_ns, now_ns, state)
-
-    def _fall(self, node: int, state: str, now_ns: int) -> None:
-        since_ns, before = self._down.get(node, (now_ns, state))
-        self._down[node] = (since_ns, before if state in _DOWN.values() else state)
+            self._lives.begins(event.node, event.event, now_ns)
+        elif event.event == "rebooted":
+            self._lives.ends(event.node, now_ns)
 
     def _look(self, event: Frame, now_ns: int) -> None:
         self._senders.looked += 1
-        state = self._down_in(event.source, event.t_start_ns, event.t_end_ns)
+        self._longest_ns = max(self._longest_ns, event.t_end_ns - event.t_start_ns)
+        during = (event.source, event.t_start_ns, event.t_end_ns)
+        state = self._lives.within(*during) or self._radios.within(*during)
         if state:
             self._senders.found(
                 f"frame {event.frame_id} went out while its sender was {_doing(state)}", now_ns, event.source
@@ -145,18 +174,10 @@ class AwakeNodes:
         for node, outcome in zip(plain(event.rx_node), plain(event.rx_outcome), strict=False):
             if outcome in _DECODED:
                 self._listeners.looked += 1
-                down = self._down.get(node)
-                if down is not None and down[0] < now_ns:
-                    what = f"frame {event.frame_id} was {OUTCOMES[outcome]} while the listener was {_doing(down[1])}"
+                state = self._lives.before(node, now_ns) or self._radios.before(node, now_ns)
+                if state:
+                    what = f"frame {event.frame_id} was {OUTCOMES[outcome]} while the listener was {_doing(state)}"
                     self._listeners.found(what, now_ns, node)
-
-    def _down_in(self, node: int, start_ns: int, end_ns: int) -> str:
-        """How a node was down within an interval; empty if it was not. Touching its ends does not count."""
-        since_ns, state = self._down.get(node, (end_ns, ""))
-        if since_ns < end_ns:
-            return state
-        begun_ns, over_ns, state = self._was_down.get(node, (end_ns, start_ns, ""))
-        return state if begun_ns < end_ns and over_ns > start_ns else ""
 
     def _match(self, event: Frame, now_ns: int) -> None:
         self._states.looked += 1
