@@ -29,13 +29,13 @@ from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
 from netsim.units import NS_PER_S
 
 _BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
-_RECORD = struct.Struct("<BQ")
+RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_TIMES = struct.Struct("<QQ")
-_MAGIC = b"\x89MCAP0\r\n"
+MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<QQI")
-_TAIL_SIZE_BYTE = _RECORD.size + _FOOTER.size + len(_MAGIC)
-_CHECKSUM_AND_MAGIC_BYTE = 4 + len(_MAGIC)
+_TAIL_SIZE_BYTE = RECORD.size + _FOOTER.size + len(MAGIC)
+_CHECKSUM_AND_MAGIC_BYTE = 4 + len(MAGIC)
 TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
 
 
@@ -179,9 +179,9 @@ def is_complete(path: Path | str) -> bool:
             size_byte = stream.seek(0, os.SEEK_END)
             stream.seek(max(0, size_byte - _TAIL_SIZE_BYTE))
             tail = stream.read()
-            if not tail.endswith(_MAGIC) or tail[0] != Opcode.FOOTER:
+            if not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
                 return False
-            start, _, checksum = _FOOTER.unpack_from(tail, _RECORD.size)
+            start, _, checksum = _FOOTER.unpack_from(tail, RECORD.size)
             stream.seek(min(start, size_byte))
             # The checksum covers the index and the footer up to the checksum itself.
             if zlib.crc32(stream.read()[:-_CHECKSUM_AND_MAGIC_BYTE]) != checksum:
@@ -211,15 +211,15 @@ def file_records(path: Path) -> Iterator[tuple[int, bytes]]:
     """The records of the data section as opcode and content; ends with `DATA_END` unless the file was cut short."""
     try:
         with path.open("rb") as stream:
-            if stream.read(len(_MAGIC)) != _MAGIC:
+            if stream.read(len(MAGIC)) != MAGIC:
                 msg = f"{path}: not an MCAP file"
                 raise TraceError(msg)
             opcode = 0
             while opcode != Opcode.DATA_END:
-                head = stream.read(_RECORD.size)
-                if len(head) < _RECORD.size:
+                head = stream.read(RECORD.size)
+                if len(head) < RECORD.size:
                     return
-                opcode, length = _RECORD.unpack(head)
+                opcode, length = RECORD.unpack(head)
                 if length > path.stat().st_size - stream.tell():
                     return
                 yield opcode, stream.read(length)
@@ -281,8 +281,8 @@ def chunk_records(data: bytes) -> Iterator[tuple[int, bytes]]:
     """The records of an unpacked chunk as opcode and content."""
     at = 0
     while at < len(data):
-        opcode, length = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
+        opcode, length = RECORD.unpack_from(data, at)
+        at += RECORD.size
         yield opcode, data[at : at + length]
         at += length
 
