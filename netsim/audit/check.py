@@ -25,7 +25,7 @@ from netsim.trace.recorder import Handler
 RULES: Final[Sequence[Callable[[Run], Rule]]] = (
     lambda _: Columns(),
     lambda _: Values(),
-    lambda _: KnownNodes(),
+    KnownNodes,
     lambda _: Lives(),
     lambda _: FrameTimes(),
     AwakeNodes,

@@ -180,15 +180,19 @@ class AwakeNodes:
                     self._listeners.found(what, now_ns, node)
 
     def _match(self, event: Frame, now_ns: int) -> None:
+        """Find the beginning of a frame among the sender's; those before it must have been recorded by now.
+
+        On the ideal medium a frame that a crash breaks off is recorded at once, before others that are still under way.
+        """
         self._states.looked += 1
-        begun = self._begun[event.source]
-        while begun and begun[0] < event.t_start_ns:
-            self._states.found(f"transmit at {seconds(begun.popleft())} s, but no such frame", now_ns, event.source)
-        if begun and begun[0] == event.t_start_ns:
-            begun.popleft()
+        begun, start_ns = self._begun[event.source], event.t_start_ns
+        if start_ns in begun:
+            begun.remove(start_ns)
         else:
-            what = f"frame {event.frame_id} began at {seconds(event.t_start_ns)} s, its radio not in the state transmit"
+            what = f"frame {event.frame_id} began at {seconds(start_ns)} s, its radio not in the state transmit"
             self._states.found(what, now_ns, event.source)
+        while begun and begun[0] < start_ns and start_ns + self._delay_ns < now_ns:
+            self._states.found(f"transmit at {seconds(begun.popleft())} s, but no such frame", now_ns, event.source)
 
 
 def _doing(state: str) -> str:

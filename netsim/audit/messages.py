@@ -8,7 +8,7 @@ from array import array
 from collections.abc import Mapping, Sequence
 
 from netsim.audit.columns import Marks, plain
-from netsim.audit.rule import End, Run
+from netsim.audit.rule import GARBLED, End, Run
 from netsim.audit.tally import Tally
 from netsim.trace.events import (
     BROADCAST,
@@ -72,6 +72,10 @@ class Messages:
         self._has_rows = run.detail != "summary"
         if not self._has_rows:
             self._arrived.note = "not checked of broadcasts at detail summary, which does not say who received them"
+        self._garbles = run.garbles
+        if self._garbles:
+            for tally in (self._causes, self._delivered, self._once, self._arrived, self._dropped):
+                tally.note = GARBLED
         self._book = _Book()
         self._came, self._has = Marks(()), Marks(())
         self._sinks: set[int] = set()
@@ -83,14 +87,13 @@ class Messages:
 
     def handlers(self) -> Mapping[type[Event], Handler]:
         """See `Rule`."""
-        return {
+        found: dict[type[Event], Handler] = {
             NodeTable: self._introduce,
             NodeLife: self._live,
             MessageSent: self._send,
             Frame: self._carry,
-            MessageDelivered: self._deliver,
-            MessageDropped: self._drop,
         }
+        return found if self._garbles else {**found, MessageDelivered: self._deliver, MessageDropped: self._drop}
 
     def conclude(self, end: End) -> None:
         """See `Rule`."""
@@ -110,7 +113,8 @@ class Messages:
         self._sent.looked += 1
         if number != book.count:
             self._sent.found(f"expected message {book.count}, got {number}", now_ns, event.source)
-        self._check_causes(event, now_ns)
+        if not self._garbles:
+            self._check_causes(event, now_ns)
         if (
             book.count <= number < book.count + _MOST_SKIPPED
         ):  # else it has been sent already, or its number is nonsense

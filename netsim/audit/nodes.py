@@ -5,16 +5,28 @@ from dataclasses import fields
 from typing import Any
 
 from netsim.audit.columns import plain
-from netsim.audit.rule import End
+from netsim.audit.rule import GARBLED, End, Run
 from netsim.audit.tally import Tally
 from netsim.trace.cdr import wire_types
-from netsim.trace.events import BROADCAST, EVENT_TYPES, Event, GraphMessages, NodeLife, NodeTable
+from netsim.trace.events import (
+    BROADCAST,
+    EVENT_TYPES,
+    Event,
+    GraphMessages,
+    MessageDelivered,
+    MessageDropped,
+    NodeLife,
+    NodeTable,
+)
 from netsim.trace.recorder import Handler
 
 _NODE_FIELDS = frozenset({"node", "rx_node", "host", "next_hop", "source", "destination", "candidate", "member"})
 _OR_ALL = frozenset({"destination", "next_hop"})
 _NOT_NODES = {(GraphMessages, "source"), (GraphMessages, "destination")}
 """Variables of the graphical model, not nodes."""
+
+_OF_PACKETS: frozenset[type[Event]] = frozenset({MessageDelivered, MessageDropped})
+"""Events that tell what stands in a packet's header."""
 
 _AFTER = {
     None: ("started",),
@@ -31,8 +43,9 @@ _AFTER = {
 class KnownNodes:
     """Every node that an event names is a row of the node table, which comes once and first."""
 
-    def __init__(self) -> None:
-        self._tally = Tally("nodes are known", "events")
+    def __init__(self, run: Run) -> None:
+        self._tally = Tally("nodes are known", "events", GARBLED if run.garbles else "")
+        self._unsure = _OF_PACKETS if run.garbles else frozenset()
         self._known: set[int] | None = None
 
     @property
@@ -43,6 +56,7 @@ class KnownNodes:
     def handlers(self) -> Mapping[type[Event], Handler]:
         """See `Rule`."""
         named = {event_type: list(_node_fields(event_type)) for event_type in EVENT_TYPES}
+        named = {event_type: names for event_type, names in named.items() if event_type not in self._unsure}
         watching = {event_type: self._watch(names) for event_type, names in named.items() if names}
         return {**watching, NodeTable: self._introduce}
 

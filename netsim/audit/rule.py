@@ -35,6 +35,16 @@ class Run:
         medium = self.scenario.get("medium")
         return medium if isinstance(medium, dict) else {}
 
+    @property
+    def garbles(self) -> bool:
+        """Whether a fault rule lets corrupted frames pass the checksum.
+
+        Their wrong bytes may name nodes and messages that there are not, or others than were meant.
+        """
+        faults = self.scenario.get("faults")
+        rules = [rule for rule in faults if isinstance(rule, dict)] if isinstance(faults, list) else []
+        return any(rule.get("undetected_share", 0.0) > 0.0 for rule in rules)
+
 
 @dataclass(frozen=True, slots=True)
 class End:
@@ -64,3 +74,7 @@ class Rule(Protocol):
     def conclude(self, end: End) -> None:
         """The last event has been seen."""
         ...
+
+
+GARBLED = "not checked of deliveries and drops: a fault rule lets corrupted frames pass, which may name anything"
+"""The note of a rule that says less where `Run.garbles`."""

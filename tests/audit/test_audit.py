@@ -156,6 +156,35 @@ def test_a_message_may_come_again_after_a_crash(tmp_path: Path) -> None:
     assert check_trace(write_rows(tmp_path / "trace.mcap", rows)) == []
 
 
+def test_frames_under_way_on_the_ideal_medium_are_recorded_after_one_that_a_crash_breaks_off(tmp_path: Path) -> None:
+    """Message 4 goes out twice; the second frame is broken off at 14 ms, the first arrives at 17 ms, 5 ms after its end."""
+    files = {
+        **FILES,
+        "scenario.yaml": FILES["scenario.yaml"].replace(b"type: log-distance", b"type: ideal, delay_s: 0.005"),
+    }
+    rows = good_rows()
+    for change in (
+        with_event(11, MessageSent(4, 2, BROADCAST, "hello", 9, 1, [])),
+        with_event(11, state(2, "transmit")),
+        with_event(12, state(2, "transmit")),
+        with_event(14, NodeLife(2, "crashed", "a fault")),
+        with_event(14, state(2, "off")),
+        with_event(14, air(4, 12, 14, (2, BROADCAST), 4, (1, "dead"), (3, "dead"))),
+        with_event(17, air(3, 11, 12, (2, BROADCAST), 4, (1, "lost"), (3, "lost"))),
+        changed(EnergyLedger, time_s=[0.019, 0.001, 0.015, 0.005, 0.02]),
+    ):
+        rows = change(rows)
+    assert check_trace(write_rows(tmp_path / "t.mcap", rows, files=files)) == []
+
+
+def test_where_corrupted_frames_pass_nothing_is_expected_of_what_they_name(tmp_path: Path) -> None:
+    rows = changed(MessageDropped, source=77, message_id=50)(changed(MessageDelivered, size_byte=3)(good_rows()))
+    assert len(check_trace(write_rows(tmp_path / "sure.mcap", rows))) == 3
+    faults = b"faults: [{type: corruption, share: 0.1, undetected_share: 0.5}]\n"
+    files = {**FILES, "scenario.yaml": FILES["scenario.yaml"] + faults}
+    assert check_trace(write_rows(tmp_path / "unsure.mcap", rows, files=files)) == []
+
+
 def test_links_of_moved_nodes_and_links_that_vary_are_not_expected(tmp_path: Path) -> None:
     rows = changed(Frame, rx_node=[2], rx_outcome=[0], rx_rssi_dbm=[-70.0], rx_sinr_db=[9.0])(good_rows())
     moved = with_event(1, NodePositions([3], [99.0], [0.0]))(rows)
