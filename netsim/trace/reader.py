@@ -108,10 +108,13 @@ def decoded(path: Path | str, message: RawMessage) -> Event:
     Raises:
         TraceError: If its bytes are broken, or its topic is unknown to this version.
     """
-    with blame(Path(path)):
-        if message.event_type is None:
-            raise TraceError(_unknown(message.topic))
+    if message.event_type is None:
+        msg = f"{path}: topic {message.topic} is not in this version's vocabulary"
+        raise TraceError(msg)
+    try:
         return decode(message.event_type, message.data, message.fields)
+    except (TraceError, *_BROKEN) as error:
+        raise _damaged(path, error) from error
 
 
 def trace_metadata(path: Path | str) -> dict[str, str]:
@@ -313,10 +316,6 @@ def _event_type(channel: Channel, schema: Schema) -> tuple[type[Event] | None, i
     return event_type, None if count == len(fields(event_type)) else count
 
 
-def _unknown(topic: str) -> str:
-    return f"topic {topic} is not in this version's vocabulary"
-
-
 def _check_version(path: Path | str, run: Mapping[str, str]) -> None:
     """Refuse a format that is not ours: which it is, which we read, what to do."""
     version, writer = run.get("format_version", "none"), run.get("netsim_version", "")
@@ -337,12 +336,12 @@ def blame(path: Path) -> Iterator[None]:
     """Turn what broken bytes can raise into a `TraceError` that names the file."""
     try:
         yield
-    except TraceError as error:
-        msg = f"{path}: {error}"
-        raise TraceError(msg) from error
-    except _BROKEN as error:
-        msg = f"{path}: damaged: {error}"
-        raise TraceError(msg) from error
+    except (TraceError, *_BROKEN) as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path | str, error: Exception) -> TraceError:
+    return TraceError(f"{path}: {error}" if isinstance(error, TraceError) else f"{path}: damaged: {error}")
 
 
 def _unreadable(path: Path | str, error: OSError) -> TraceError:

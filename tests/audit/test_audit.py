@@ -1,12 +1,15 @@
 """The rules of a trace: a good one passes every rule, and one broken law is found by its rule, where it is broken."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from unittest import mock
 
 import numpy as np
 import pytest
 from good_trace import FILES, METADATA, MS, Row, air, changed, good_rows, state, with_event, without, write_rows
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from netsim.audit import Audit, audit_trace, check_trace
@@ -286,6 +289,20 @@ def test_damage_is_a_finding_with_its_instant(tmp_path: Path) -> None:
     first = check_trace(path)[0]
     assert first.rule == "the file is whole"
     assert "checksum" in first.what or "damaged" in first.what
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@given(position=st.floats(0, 1), flip=st.integers(1, 255))
+def test_damage_anywhere_gives_findings_or_a_trace_error(tmp_path: Path, position: float, flip: int) -> None:
+    path = tmp_path / "trace.mcap"
+    if not path.exists():
+        write_rows(path, good_rows())
+    data = bytearray(path.read_bytes())
+    data[int(position * (len(data) - 1))] ^= flip
+    damaged = tmp_path / "damaged.mcap"
+    damaged.write_bytes(data)
+    with suppress(TraceError):
+        assert all(str(each) for each in check_trace(damaged))
 
 
 def test_what_is_no_trace_is_an_error(tmp_path: Path) -> None:
