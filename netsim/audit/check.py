@@ -99,7 +99,7 @@ def _pass(file: Path, reading: Reading, rules: Sequence[Rule]) -> None:
             handlers[event_type].append(handler)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", TruncatedTraceWarning)  # it becomes a finding
+            warnings.simplefilter("error", TruncatedTraceWarning)  # it becomes a finding
             for message in read_raw(file):
                 reading.take(message)
                 if message.event_type is not None:
@@ -108,4 +108,6 @@ def _pass(file: Path, reading: Reading, rules: Sequence[Rule]) -> None:
                         handler(event, message.time_ns)
     except TraceError as error:
         reading.stop(error)
+    except TruncatedTraceWarning:
+        reading.cut()
     reading.conclude()

@@ -65,6 +65,11 @@ class Reading:
         self.is_whole = False
         self._whole.found(str(error).removeprefix(f"{self._path}: "), self.last_ns if self._whole.looked else None)
 
+    def cut(self) -> None:
+        """The records end here; damage, where the end of the file is in its place all the same."""
+        if self.is_whole:
+            self.stop(TraceError("damaged: a record has a wrong length, so that what follows it is lost"))
+
     def conclude(self) -> None:
         """The last message has been read."""
         if not self.is_whole:

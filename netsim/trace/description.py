@@ -82,7 +82,7 @@ _TABLE = ["| field | type | unit | meaning |", "| --- | --- | --- | --- |"]
 
 def markdown_topics() -> str:
     """Every topic as Markdown: a list of all, then a section each, then the codes."""
-    listing = ["| topic | event | |", "| --- | --- | --- |"]
+    listing = ["| topic | event | what it tells |", "| --- | --- | --- |"]
     listing += [f"| `{each.topic}` | `{each.__name__}` | {_cell(_summary(each))} |" for each in EVENT_TYPES]
     sections = ["\n".join(_section(each)) for each in EVENT_TYPES]
     return "\n\n".join(["\n".join(listing), *sections, *_codes()]) + "\n"

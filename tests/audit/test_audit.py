@@ -10,6 +10,7 @@ import pytest
 from good_trace import FILES, METADATA, MS, Row, air, changed, good_rows, state, with_event, without, write_rows
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
 from netsim.audit import Audit, audit_trace, check_trace
@@ -34,6 +35,7 @@ from netsim.trace.events import (
     PairProbabilities,
     RadioState,
 )
+from netsim.trace.fingerprint import fingerprint
 
 Change = Callable[[list[Row]], list[Row]]
 
@@ -303,6 +305,20 @@ def test_damage_anywhere_gives_findings_or_a_trace_error(tmp_path: Path, positio
     damaged.write_bytes(data)
     with suppress(TraceError):
         assert all(str(each) for each in check_trace(damaged))
+
+
+def test_a_wrong_length_is_damage_though_the_file_has_its_end(tmp_path: Path) -> None:
+    path = write_rows(tmp_path / "trace.mcap", good_rows())
+    data = bytearray(path.read_bytes())
+    at = data.index(b"metrics.json") - 28  # the record of an attachment: opcode, length, two times, length of its name
+    assert data[at - 1] == Opcode.ATTACHMENT
+    data[at + 7] ^= 1
+    path.write_bytes(data)
+    audit = audit_trace(path)
+    assert "a record has a wrong length" in audit.findings[0].what
+    assert audit.fingerprint is None
+    with pytest.raises(TraceError, match="a record has a wrong length"):
+        fingerprint(path)
 
 
 def test_what_is_no_trace_is_an_error(tmp_path: Path) -> None:
