@@ -26,7 +26,7 @@ class Run:
 
     @property
     def detail(self) -> str:
-        """`summary`, `frames` or `full`; the last but one where the trace does not say."""
+        """`summary`, `frames` or `full`; `frames` where the trace does not say."""
         return self.metadata.get("detail", "frames")
 
     @property
