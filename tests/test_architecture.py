@@ -31,6 +31,7 @@ MAY_IMPORT = {
     "protocols": {"api", "kernels", "codec", "trace.events"},
     "algorithms": {"api", "kernels", "codec", "trace.events", "protocols"},
     "sim": {"api", "models", "rng", "trace.events", "trace.recorder"},
+    "audit": {"trace", "models.device_tables"},
     "flow": {"trace"},
     "metrics": {"trace", "kernels", "flow.rounds"},
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},

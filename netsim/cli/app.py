@@ -321,3 +321,22 @@ def trace_info(trace: Trace, debug: Debug = False) -> None:
     from netsim.cli.tracing import info_command
 
     info_command(trace)
+
+
+@trace_app.command("check")
+def trace_check(
+    traces: Annotated[
+        list[Path], typer.Argument(help="Trace files (trace.mcap), or the folders of runs.", show_default=False)
+    ],
+    debug: Debug = False,
+) -> None:
+    """Check traces against the laws of a run: one line a rule, and each finding with its instant and node.
+
+    The file is whole and in order, its topics are described as documented (docs/trace-format.md); energy closes; nobody
+    sends two frames at once, or asleep; each listener has one outcome a frame; messages are sent before they arrive, and
+    arrive once; probabilities are some. A trace that was cut short is checked as far as it goes. Exit status 1 if a rule
+    is broken, 2 if a file is no trace that this version reads.
+    """
+    from netsim.cli.trace_check import trace_check_command
+
+    trace_check_command(traces)

@@ -19,7 +19,7 @@ def info_command(given: Path) -> None:
     counts: Counter[str] = Counter()
     end_ns = 0
     for message in read_raw(trace):
-        counts[message.event_type.topic] += 1
+        counts[message.topic] += 1
         end_ns = message.time_ns
     table = Table(box=box.SIMPLE_HEAD, title=str(trace), title_justify="left")
     table.add_column("topic")

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from rerun.chunk import McapReader
 
 from netsim.errors import TraceError
+from netsim.trace.mending import followed_chunks
 from netsim.trace.reader import is_complete
 
 _DECODERS = ["ros2_reflection"]
@@ -77,21 +79,23 @@ def batches(path: Path, topics: Sequence[str], start_ns: int, end_ns: int) -> It
     """
     whole = is_complete(path)
     try:
-        reader = McapReader(
-            path,
-            timeline_type="duration",
-            decoders=_DECODERS,
-            include_topic_regex=[f"^{re.escape(topic)}$" for topic in topics],
-            start_time_ns=start_ns,
-            end_time_ns=end_ns,
-            recover=not whole,
-        )
-        for chunk in reader.stream():
-            batch = chunk.to_record_batch()
-            name = next((name for name in batch.schema.names if name.endswith(":message")), None)
-            if name is not None and batch.num_rows:
-                times = batch.column(batch.schema.get_field_index(_TIME)).cast(pa.int64()).to_numpy()
-                yield Batch(str(chunk.entity_path), times, batch.column(batch.schema.get_field_index(name)).flatten())
+        with nullcontext(path) if whole else followed_chunks(path) as file:
+            reader = McapReader(
+                file,
+                timeline_type="duration",
+                decoders=_DECODERS,
+                include_topic_regex=[f"^{re.escape(topic)}$" for topic in topics],
+                start_time_ns=start_ns,
+                end_time_ns=end_ns,
+                recover=not whole,
+            )
+            for chunk in reader.stream():
+                batch = chunk.to_record_batch()
+                name = next((name for name in batch.schema.names if name.endswith(":message")), None)
+                if name is not None and batch.num_rows:
+                    times = batch.column(batch.schema.get_field_index(_TIME)).cast(pa.int64()).to_numpy()
+                    rows = batch.column(batch.schema.get_field_index(name)).flatten()
+                    yield Batch(str(chunk.entity_path), times, rows)
     except (RuntimeError, ValueError, OSError) as error:
         msg = f"{path}: cannot read the trace: {str(error).splitlines()[0]}"
         raise TraceError(msg) from error

@@ -13,8 +13,8 @@ import ast
 import inspect
 import struct
 import sys
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, fields
 from functools import cache
 from itertools import groupby, pairwise
 from operator import attrgetter
@@ -34,7 +34,11 @@ _FORMATS = {"int32": "i", "int64": "q", "uint8": "B", "uint32": "I", "float32": 
 _PADDING = tuple(bytes(count) for count in range(8))
 _COUNT = struct.Struct("<I")
 _SHORT = 64  # sequences up to this length have their own struct
-_CONSTANTS = {(Frame, "rx_outcome"): OUTCOMES, (RadioState, "state"): RADIO_STATES}
+CODES: Mapping[tuple[type[Event], str], Sequence[str]] = {
+    (Frame, "rx_outcome"): OUTCOMES,
+    (RadioState, "state"): RADIO_STATES,
+}
+"""Fields that hold a code, each with the meanings of 0, 1, 2, ..."""
 _FOXGLOVE_LOG = """builtin_interfaces/Time timestamp
 # 1 debug, 2 info, 3 warning, 4 error
 uint8 level
@@ -74,7 +78,7 @@ def schema_text(event_type: type[Event]) -> str:
     lines = _comment(inspect.cleandoc(event_type.__doc__ or ""))
     for name, wire in wire_types(event_type).items():
         lines += _comment(notes.get(name, ""))
-        for code, meaning in enumerate(_CONSTANTS.get((event_type, name), ())):
+        for code, meaning in enumerate(CODES.get((event_type, name), ())):
             lines.append(f"uint8 {meaning.upper()}={code}")
         lines.append(f"{wire} {name}")
     return "\n".join(lines) + "\n"
@@ -91,7 +95,7 @@ def _comment(text: str) -> list[str]:
 
 
 def field_notes(event_type: type[Event]) -> dict[str, str]:
-    """The string under each field of a class; empty where the source is not at hand."""
+    """The string under each field of an event class, by name; nothing where the source is not at hand."""
     notes: dict[str, str] = {}
     for field, note in pairwise(_bodies(sys.modules[event_type.__module__]).get(event_type.__qualname__, [])):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(note, ast.Expr):
@@ -125,8 +129,36 @@ def encode(event: Event) -> bytes:
     return bytes(buffer)
 
 
-def decode(event_type: type[Event], data: bytes) -> Event:
+def fields_of(event_type: type[Event], text: str) -> int | None:
+    """How many fields of an event class a message definition describes: the first so many, one after the other.
+
+    A definition may end earlier than the class, where what it lacks has defaults, or go on after it: fields may be added at
+    the end without a new format version.
+
+    Args:
+        event_type: The class.
+        text: A message definition in a trace.
+
+    Returns:
+        The number of fields; None where the bytes of one are not those of the other.
+    """
+    mine, theirs = layout(schema_text(event_type)), layout(text)
+    if mine == theirs:
+        return len(fields(event_type))
+    count = min(len(mine), len(theirs))
+    if event_type in _WELL_KNOWN or mine[:count] != theirs[:count]:
+        return None
+    lacking = fields(event_type)[count:]
+    return None if any(each.default is MISSING for each in lacking) else count
+
+
+def decode(event_type: type[Event], data: bytes, count: int | None = None) -> Event:
     """The event that was encoded; arrays come back as numpy arrays, texts as tuples of strings.
+
+    Args:
+        event_type: Its class.
+        data: Its bytes; what follows the last field of the class is ignored.
+        count: How many of its fields are there, the rest having their defaults; None for all.
 
     Raises:
         TraceError: If the bytes are not the CDR form of such an event.
@@ -137,7 +169,9 @@ def decode(event_type: type[Event], data: bytes) -> Event:
     values: list[Any] = []
     at = len(HEADER)
     try:
-        for step in _DECODERS[event_type]:
+        # a class is hashable, whatever the type checker makes of the class variables of some
+        steps = _DECODERS[event_type] if count is None else _first_steps(event_type, count)  # type: ignore[arg-type]
+        for step in steps:
             at = step(data, at, values)
         return event_type(*values)
     except (struct.error, ValueError, TypeError) as error:
@@ -160,16 +194,22 @@ def leading_scalars(event_type: type[Event], data: bytes) -> list[Any]:
     return values
 
 
-def _runs(event_type: type[Any]) -> list[tuple[str, tuple[str, ...]]]:
-    """The fields in order, neighbouring scalars together: (format characters or wire type, names)."""
+def _runs(event_type: type[Any], count: int | None = None) -> list[tuple[str, tuple[str, ...]]]:
+    """The first fields in order, neighbouring scalars together: (format characters or wire type, names)."""
     runs: list[tuple[str, tuple[str, ...]]] = []
-    for scalar, group in groupby(wire_types(event_type).items(), key=lambda item: item[1] in _FORMATS):
+    for scalar, group in groupby(list(wire_types(event_type).items())[:count], key=lambda item: item[1] in _FORMATS):
         items = list(group)
         if scalar:
             runs.append(("".join(_FORMATS[wire] for _, wire in items), tuple(name for name, _ in items)))
         else:
             runs += [(wire, (name,)) for name, wire in items]
     return runs
+
+
+@cache
+def _first_steps(event_type: type[Any], count: int) -> tuple[_Decode, ...]:
+    """What decodes the first so many fields."""
+    return tuple(_decode_step(form) for form, _ in _runs(event_type, count))
 
 
 def _encode_step(form: str, names: tuple[str, ...]) -> _Encode:

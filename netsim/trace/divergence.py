@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from netsim.errors import TraceError
-from netsim.trace.cdr import decode
 from netsim.trace.events import Event
-from netsim.trace.reader import RawMessage, read_raw
+from netsim.trace.reader import RawMessage, decoded, read_raw
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +81,9 @@ def first_divergence(first: Path | str, second: Path | str, context: int = 3) ->
         TraceError: If one cannot be read or is damaged.
     """
     before: deque[RawMessage] = deque(maxlen=context)
-    for common, (a, b) in enumerate(zip_longest(read_raw(first), read_raw(second))):
+    for common, (a, b) in enumerate(zip_longest(_known(first), _known(second))):
         if a != b:
-            shared = tuple(_decoded(message, first) for message in before)
+            shared = tuple(_recorded(message, first) for message in before)
             return Divergence(common, shared, *(_maybe(*each) for each in ((a, first), (b, second))))
         before.append(a)
     return None
@@ -123,13 +121,13 @@ def _same(first: Any, second: Any) -> bool:
     return bool(first == second) or (first != first and second != second)
 
 
+def _known(path: Path | str) -> Iterator[RawMessage]:
+    return (message for message in read_raw(path) if message.event_type is not None)
+
+
 def _maybe(message: RawMessage | None, path: Path | str) -> Recorded | None:
-    return None if message is None else _decoded(message, path)
+    return None if message is None else _recorded(message, path)
 
 
-def _decoded(message: RawMessage, path: Path | str) -> Recorded:
-    try:
-        return Recorded(message.time_ns, decode(message.event_type, message.data))
-    except (ValueError, KeyError, OverflowError) as error:
-        text = f"{path}: damaged: {error}"
-        raise TraceError(text) from error
+def _recorded(message: RawMessage, path: Path | str) -> Recorded:
+    return Recorded(message.time_ns, decoded(path, message))

@@ -45,7 +45,16 @@ OUTCOMES = (
 OUTCOME_CODE = {name: code for code, name in enumerate(OUTCOMES)}
 
 # Radio states; the position is the code in `RadioState.state`.
-RADIO_STATES = ("off", "sleep", "listen", "receive", "transmit", "switch", "dead", "idle")
+RADIO_STATES = (
+    "off",  # the node has crashed
+    "sleep",  # powered down, deaf
+    "listen",  # the receiver is open
+    "receive",  # locked on a frame
+    "transmit",  # a frame is on the air
+    "switch",  # turning around between listening and sending, or starting up
+    "dead",  # the battery is empty
+    "idle",  # the receiver is off, the oscillator runs
+)
 RADIO_STATE_CODE = {name: code for code, name in enumerate(RADIO_STATES)}
 
 
@@ -90,6 +99,7 @@ class FieldInfo:
     x_m: F64
     """Lower left corner."""
     y_m: F64
+    """Lower left corner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,8 +360,9 @@ class VariablePlacement:
     name: TextArray
     host: U32Array
     edge_a: U32Array
-    """Variables at the two ends of each edge."""
+    """Variable at one end of each edge."""
     edge_b: U32Array
+    """The other ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -364,6 +375,7 @@ class GraphMessages:
     source: U32Array
     """Sending variable of each message sent."""
     destination: U32Array
+    """Variable it was sent to."""
     remote: U8Array
     """1 if the destination variable lives on another node (so the message went over the air)."""
     computed: U32
@@ -415,8 +427,9 @@ class PairProbabilities:
     """The events it may be of; of others it is not."""
     probability: F64Array
     low: F64Array
-    """The exact probabilities lie between these bounds, whatever the node was not told."""
+    """The exact probabilities are not below this, whatever the node was not told."""
     high: F64Array
+    """The exact probabilities are not above this."""
     depth: U32
     """Levels of recursion used, t."""
 
@@ -462,6 +475,7 @@ class Belief:
     origin_x_m: F64
     """Lower left corner of the grid's first cell."""
     origin_y_m: F64
+    """Lower left corner of the grid's first cell."""
     cell_m: F64
     columns: U32
     cell: U32Array

@@ -5,11 +5,13 @@ comments of its schemas. Equal scenarios and seeds must give equal fingerprints,
 """
 
 import struct
+import warnings
+from collections.abc import Iterator
 from hashlib import blake2b
 from pathlib import Path
 
 from netsim.errors import TraceError
-from netsim.trace.reader import is_complete, read_raw, trace_attachments
+from netsim.trace.reader import RawMessage, TruncatedTraceWarning, is_complete, read_raw, trace_attachments
 
 _DIGEST_SIZE_BYTE = 16
 _HEAD = struct.Struct("<QI")
@@ -25,10 +27,21 @@ def fingerprint(path: Path | str) -> str:
         msg = f"{path}: the trace is cut short, so it has no fingerprint"
         raise TraceError(msg)
     digest = blake2b(digest_size=_DIGEST_SIZE_BYTE)
-    for message in read_raw(path):
+    for message in _all_messages(path):
         digest.update(_HEAD.pack(message.time_ns, len(message.data)))
-        digest.update(message.event_type.topic.encode() + b"\0")
+        digest.update(message.topic.encode() + b"\0")
         digest.update(message.data)
     for name, data in sorted(trace_attachments(path).items()):
         digest.update(_HEAD.pack(0, len(data)) + name.encode() + b"\0" + data)
     return digest.hexdigest()
+
+
+def _all_messages(path: Path | str) -> Iterator[RawMessage]:
+    """The messages of a trace that has its end, so that records which break off before it are damage."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", TruncatedTraceWarning)
+            yield from read_raw(path)
+    except TruncatedTraceWarning as error:
+        msg = f"{path}: damaged: a record has a wrong length, so that what follows it is lost"
+        raise TraceError(msg) from error

@@ -9,9 +9,9 @@ import os
 import struct
 import warnings
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from io import BytesIO
 from pathlib import Path
 
@@ -21,21 +21,22 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
+from netsim import __version__
 from netsim.errors import TraceError
-from netsim.trace.cdr import SCHEMA_ENCODING, decode, layout, schema_text
+from netsim.trace.cdr import SCHEMA_ENCODING, decode, fields_of
 from netsim.trace.events import EVENT_TYPES, Event
 from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
 from netsim.units import NS_PER_S
 
 _BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
-_RECORD = struct.Struct("<BQ")
+RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_TIMES = struct.Struct("<QQ")
-_MAGIC = b"\x89MCAP0\r\n"
+MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<QQI")
-_TAIL_SIZE_BYTE = _RECORD.size + _FOOTER.size + len(_MAGIC)
-_CHECKSUM_AND_MAGIC_BYTE = 4 + len(_MAGIC)
-_TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
+_TAIL_SIZE_BYTE = RECORD.size + _FOOTER.size + len(MAGIC)
+_CHECKSUM_AND_MAGIC_BYTE = 4 + len(MAGIC)
+TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
 
 
 class TruncatedTraceWarning(UserWarning):
@@ -48,13 +49,19 @@ class RawMessage:
 
     Attributes:
         time_ns: When it was recorded.
-        event_type: The class of the event.
+        topic: Its topic.
+        event_type: The class of the event; None for a topic that only later versions of netsim know.
         data: Its CDR bytes.
+        sequence: Its number among those of its topic, from 0.
+        fields: How many of its class's fields it has; None for all.
     """
 
     time_ns: int
-    event_type: type[Event]
+    topic: str
+    event_type: type[Event] | None
     data: bytes
+    sequence: int = 0
+    fields: int | None = None
 
 
 def read_trace(
@@ -63,7 +70,7 @@ def read_trace(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[tuple[int, Event]]:
-    """The events of a trace with their times, in order.
+    """The events of a trace with their times, in order; without those of topics unknown to this version.
 
     Args:
         path: The trace.
@@ -88,11 +95,26 @@ def read_raw(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[RawMessage]:
-    """Like `read_trace`, but the events stay undecoded."""
+    """Like `read_trace`, but the events stay undecoded, and those of topics unknown to this version are there too."""
     trace_metadata(path)
     low = 0 if start_ns is None else start_ns
     high = 1 << 64 if end_ns is None else end_ns
     return _messages(Path(path), topics, low, high)
+
+
+def decoded(path: Path | str, message: RawMessage) -> Event:
+    """The event in a message of the trace `path`.
+
+    Raises:
+        TraceError: If its bytes are broken, or its topic is unknown to this version.
+    """
+    if message.event_type is None:
+        msg = f"{path}: topic {message.topic} is not in this version's vocabulary"
+        raise TraceError(msg)
+    try:
+        return decode(message.event_type, message.data, message.fields)
+    except (TraceError, *_BROKEN) as error:
+        raise _damaged(path, error) from error
 
 
 def trace_metadata(path: Path | str) -> dict[str, str]:
@@ -101,12 +123,12 @@ def trace_metadata(path: Path | str) -> dict[str, str]:
     Raises:
         TraceError: If the file cannot be read, is not a trace of netsim or has another format version.
     """
-    for opcode, body in _records(Path(path)):
+    for opcode, body in file_records(Path(path)):
         if opcode == Opcode.METADATA:
-            with _blame(Path(path)):
-                record = Metadata.read(_stream(body))
+            with blame(Path(path)):
+                record = Metadata.read(from_bytes(body))
             if record.name == RUN_RECORD:
-                _check_version(path, record.metadata.get("format_version", "none"))
+                _check_version(path, record.metadata)
                 return dict(record.metadata)
     msg = f"{path}: not a trace of netsim: it has no {RUN_RECORD} record"
     raise TraceError(msg)
@@ -133,9 +155,9 @@ def trace_attachments(path: Path | str) -> dict[str, bytes]:
         TraceError: If the trace cannot be read.
     """
     trace_metadata(path)
-    bodies = [body for opcode, body in _records(Path(path)) if opcode == Opcode.ATTACHMENT]
-    with _blame(Path(path)):
-        return {record.name: record.data for record in map(Attachment.read, map(_stream, bodies))}
+    bodies = [body for opcode, body in file_records(Path(path)) if opcode == Opcode.ATTACHMENT]
+    with blame(Path(path)):
+        return {record.name: record.data for record in map(Attachment.read, map(from_bytes, bodies))}
 
 
 def last_time_ns(path: Path | str) -> int:
@@ -145,7 +167,7 @@ def last_time_ns(path: Path | str) -> int:
         TraceError: If the trace cannot be read.
     """
     trace_metadata(path)
-    ends = (_CHUNK_TIMES.unpack_from(body)[1] for opcode, body in _records(Path(path)) if opcode == Opcode.CHUNK)
+    ends = (_CHUNK_TIMES.unpack_from(body)[1] for opcode, body in file_records(Path(path)) if opcode == Opcode.CHUNK)
     return max(ends, default=0)
 
 
@@ -160,9 +182,9 @@ def is_complete(path: Path | str) -> bool:
             size_byte = stream.seek(0, os.SEEK_END)
             stream.seek(max(0, size_byte - _TAIL_SIZE_BYTE))
             tail = stream.read()
-            if not tail.endswith(_MAGIC) or tail[0] != Opcode.FOOTER:
+            if not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
                 return False
-            start, _, checksum = _FOOTER.unpack_from(tail, _RECORD.size)
+            start, _, checksum = _FOOTER.unpack_from(tail, RECORD.size)
             stream.seek(min(start, size_byte))
             # The checksum covers the index and the footer up to the checksum itself.
             if zlib.crc32(stream.read()[:-_CHECKSUM_AND_MAGIC_BYTE]) != checksum:
@@ -179,29 +201,28 @@ def has_events(path: Path | str) -> bool:
     Raises:
         TraceError: If the file cannot be read.
     """
-    return any(opcode == Opcode.CHUNK for opcode, _ in _records(Path(path)))
+    return any(opcode == Opcode.CHUNK for opcode, _ in file_records(Path(path)))
 
 
 def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, Event]]:
     for message in messages:
-        with _blame(path):
-            event = decode(message.event_type, message.data)
-        yield message.time_ns, event
+        if message.event_type is not None:
+            yield message.time_ns, decoded(path, message)
 
 
-def _records(path: Path) -> Iterator[tuple[int, bytes]]:
+def file_records(path: Path) -> Iterator[tuple[int, bytes]]:
     """The records of the data section as opcode and content; ends with `DATA_END` unless the file was cut short."""
     try:
         with path.open("rb") as stream:
-            if stream.read(len(_MAGIC)) != _MAGIC:
+            if stream.read(len(MAGIC)) != MAGIC:
                 msg = f"{path}: not an MCAP file"
                 raise TraceError(msg)
             opcode = 0
             while opcode != Opcode.DATA_END:
-                head = stream.read(_RECORD.size)
-                if len(head) < _RECORD.size:
+                head = stream.read(RECORD.size)
+                if len(head) < RECORD.size:
                     return
-                opcode, length = _RECORD.unpack(head)
+                opcode, length = RECORD.unpack(head)
                 if length > path.stat().st_size - stream.tell():
                     return
                 yield opcode, stream.read(length)
@@ -215,26 +236,26 @@ class _Contents:
 
     topics: Collection[str] | None
     schemas: dict[int, Schema] = field(default_factory=dict)
-    types: dict[int, type[Event]] = field(default_factory=dict)
+    kinds: dict[int, tuple[str, type[Event] | None, int | None]] = field(default_factory=dict)
 
     def announce(self, channel: Channel) -> None:
         if self.topics is None or channel.topic in self.topics:
-            self.types[channel.id] = _event_type(channel, self.schemas[channel.schema_id])
+            self.kinds[channel.id] = (channel.topic, *_event_type(channel, self.schemas[channel.schema_id]))
 
 
 def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -> Iterator[RawMessage]:
     contents = _Contents(topics)
     opcode = last_ns = 0
-    for opcode, body in _records(path):
+    for opcode, body in file_records(path):
         if opcode != Opcode.CHUNK:
             continue
-        with _blame(path):
-            chunk = Chunk.read(_stream(body))
+        with blame(path):
+            chunk = Chunk.read(from_bytes(body))
             last_ns = chunk.message_end_time
             if chunk.message_start_time >= high and contents.schemas:
                 return
             if chunk.message_end_time >= low or not contents.schemas:
-                yield from _chunk_messages(_uncompressed(chunk), contents, low, high)
+                yield from _chunk_messages(uncompressed(chunk), contents, low, high)
     if opcode != Opcode.DATA_END:
         message = (
             f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
@@ -245,24 +266,31 @@ def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -
 
 def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> Iterator[RawMessage]:
     """The messages among the records of a chunk; schemas and channels go into `contents`."""
-    at = 0
-    while at < len(data):
-        opcode, length = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
-        body, at = data[at : at + length], at + length
+    for opcode, body in chunk_records(data):
         if opcode == Opcode.MESSAGE:
-            channel, _, time_ns, _ = _MESSAGE.unpack_from(body)
-            event_type = contents.types.get(channel)
-            if event_type is not None and low <= time_ns < high:
-                yield RawMessage(time_ns, event_type, body[_MESSAGE.size :])
+            channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body)
+            kind = contents.kinds.get(channel)
+            if kind is not None and low <= time_ns < high:
+                topic, event_type, count = kind
+                yield RawMessage(time_ns, topic, event_type, body[_MESSAGE.size :], sequence, count)
         elif opcode == Opcode.SCHEMA:
-            schema = Schema.read(_stream(body))
+            schema = Schema.read(from_bytes(body))
             contents.schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            contents.announce(Channel.read(_stream(body)))
+            contents.announce(Channel.read(from_bytes(body)))
 
 
-def _uncompressed(chunk: Chunk) -> bytes:
+def chunk_records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """The records of an unpacked chunk as opcode and content."""
+    at = 0
+    while at < len(data):
+        opcode, length = RECORD.unpack_from(data, at)
+        at += RECORD.size
+        yield opcode, data[at : at + length]
+        at += length
+
+
+def uncompressed(chunk: Chunk) -> bytes:
     """The records of a chunk, checked against its checksum."""
     data = zstandard.decompress(chunk.data, chunk.uncompressed_size) if chunk.compression == "zstd" else chunk.data
     if zlib.crc32(data) != chunk.uncompressed_crc:
@@ -271,39 +299,49 @@ def _uncompressed(chunk: Chunk) -> bytes:
     return data
 
 
-def _stream(body: bytes) -> ReadDataStream:
+def from_bytes(body: bytes) -> ReadDataStream:
+    """The content of a record, for the record classes of `mcap`."""
     return ReadDataStream(BytesIO(body))
 
 
-def _event_type(channel: Channel, schema: Schema) -> type[Event]:
-    """The event class of a channel, whose fields must be those of this version."""
-    event_type = _TYPE_OF_TOPIC.get(channel.topic)
+def _event_type(channel: Channel, schema: Schema) -> tuple[type[Event] | None, int | None]:
+    """The event class of a channel, and how many of its fields are there if not all; no class for an unknown topic."""
+    event_type = TYPE_OF_TOPIC.get(channel.topic)
     if event_type is None:
-        msg = f"topic {channel.topic} is not in this version's vocabulary"
-        raise TraceError(msg)
-    if schema.encoding != SCHEMA_ENCODING or layout(schema.data.decode()) != layout(schema_text(event_type)):
+        return None, None
+    count = fields_of(event_type, schema.data.decode()) if schema.encoding == SCHEMA_ENCODING else None
+    if count is None:
         msg = f"topic {channel.topic} is laid out otherwise than in this version"
         raise TraceError(msg)
-    return event_type
+    return event_type, None if count == len(fields(event_type)) else count
 
 
-def _check_version(path: Path | str, version: str) -> None:
-    if version != FORMAT_VERSION:
-        msg = f"{path}: expected trace format version {FORMAT_VERSION}, got {version}"
-        raise TraceError(msg)
+def _check_version(path: Path | str, run: Mapping[str, str]) -> None:
+    """Refuse a format that is not ours: which it is, which we read, what to do."""
+    version, writer = run.get("format_version", "none"), run.get("netsim_version", "")
+    if version == FORMAT_VERSION:
+        return
+    is_newer = version.isdecimal() and int(version) > int(FORMAT_VERSION)
+    remedy = "upgrade netsim" if is_newer else "read it with the netsim that wrote it, or run the scenario again"
+    wrote = f" (netsim {writer} wrote it)" if writer else ""
+    msg = (
+        f"{path}: expected trace format version {FORMAT_VERSION} (this is netsim {__version__}), got {version}{wrote}; "
+        f"{remedy}"
+    )
+    raise TraceError(msg)
 
 
 @contextmanager
-def _blame(path: Path) -> Iterator[None]:
+def blame(path: Path) -> Iterator[None]:
     """Turn what broken bytes can raise into a `TraceError` that names the file."""
     try:
         yield
-    except TraceError as error:
-        msg = f"{path}: {error}"
-        raise TraceError(msg) from error
-    except _BROKEN as error:
-        msg = f"{path}: damaged: {error}"
-        raise TraceError(msg) from error
+    except (TraceError, *_BROKEN) as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path | str, error: Exception) -> TraceError:
+    return TraceError(f"{path}: {error}" if isinstance(error, TraceError) else f"{path}: damaged: {error}")
 
 
 def _unreadable(path: Path | str, error: OSError) -> TraceError:

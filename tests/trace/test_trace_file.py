@@ -219,14 +219,15 @@ def test_files_that_are_not_ours_are_refused(tmp_path: Path, small: Path) -> Non
     with pytest.raises(TraceError, match=r"not a trace of netsim: it has no netsim\.run record"):
         read_trace(other)
     foreign(other, {"format_version": "9"})
-    with pytest.raises(TraceError, match="expected trace format version 1, got 9"):
+    with pytest.raises(
+        TraceError, match=r"expected trace format version 1 \(this is netsim .*\), got 9; upgrade netsim"
+    ):
         read_trace(other)
     foreign(other, {"format_version": "1"}, topic="/frames")
     with pytest.raises(TraceError, match="topic /frames is laid out otherwise"):
         list(read_trace(other))
     foreign(other, {"format_version": "1"}, topic="/elsewhere")
-    with pytest.raises(TraceError, match="topic /elsewhere is not in this version's vocabulary"):
-        list(read_trace(other))
+    assert list(read_trace(other)) == []  # a topic of a later version, for all we know
     with pytest.raises(TraceError, match=r"expected an attachment x, got metrics\.json, scenario\.yaml"):
         trace_attachment(small, "x")
 

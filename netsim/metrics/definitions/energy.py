@@ -20,8 +20,7 @@ METRICS = (
             "Energy drawn, less that of a radio that listens and receives nothing, and of devices that are "
             "asleep, idle, off or dead: what is left is transmitting, receiving and overhearing, switching and "
             "waking, computing and sensing. With a MAC that always listens `energy_j` is all but constant, and "
-            "algorithms differ in this alone. At the trace detail `summary` overhearing is booked as listening, "
-            "and so left out.",
+            "algorithms differ in this alone.",
             "EnergyLedger",
         ),
         (
