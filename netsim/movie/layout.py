@@ -1,0 +1,103 @@
+"""Where everything is in a picture: a line of title, the map, the legend beside it, a strip with messages per second.
+
+All in pixels from the lower left corner. The strip is below the map; where the map is tall, it is below the legend.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from netsim.movie.cast import Cast, Places
+
+_FONT_SHARE, _LEAST_FONT_PX = 72, 9.5
+_LEGEND_FONTS = 15.5  # width of the legend in heights of the font
+_STRIP_FONTS = 6.2
+_HEAD_FONTS = 2.7
+_TICK_FONTS = 1.7
+ROW_FONTS = 1.75
+"""Height of a row of the legend."""
+_TALLEST = 0.62  # map's height over the picture's width
+_TALL = 1.12  # maps taller than wide by this have the strip at their side
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle in pixels."""
+
+    left: float
+    low: float
+    right: float
+    high: float
+
+    @property
+    def width(self) -> float:
+        """From left to right."""
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        """From bottom to top."""
+        return self.high - self.low
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The boxes of a picture.
+
+    Attributes:
+        width_px: Width of the picture, even.
+        height_px: Height of the picture, even.
+        font_px: Size of the text.
+        field: The map.
+        legend: The legend.
+        strip: The bars of messages per second, without the labels below.
+        head_y: Middle of the title.
+        px_per_m: Scale of the map.
+        origin_m: What is at the lower left corner of the map.
+    """
+
+    width_px: int
+    height_px: int
+    font_px: float
+    field: Box
+    legend: Box
+    strip: Box
+    head_y: float
+    px_per_m: float
+    origin_m: Places
+
+    def px(self, places_m: Places) -> Places:
+        """Places on the map in pixels; shape (..., 2)."""
+        return (places_m - self.origin_m) * self.px_per_m + np.array([self.field.left, self.field.low])
+
+
+def lay_out(cast: Cast, width_px: int, legend_rows: int) -> Layout:
+    """Fit the map of a cast, and so many rows of a legend, into a picture of some width."""
+    width = width_px - width_px % 2
+    font = max(_LEAST_FONT_PX, width / _FONT_SHARE)
+    low, high = cast.outline()
+    pad_m = 3.2 * cast.radius_m
+    low, high = low - pad_m, high + pad_m
+    wide_m, tall_m = (float(side) for side in high - low)
+    is_tall = tall_m > _TALL * wide_m
+    inner = width - 3.0 * font - _LEGEND_FONTS * font
+    legend_px = (legend_rows + 0.5) * ROW_FONTS * font
+    strip_px = _STRIP_FONTS * font
+    beside_px = legend_px + (strip_px + 4.5 * font if is_tall else 0.0)
+    field_px = max(min(_TALLEST * width, inner * tall_m / wide_m), beside_px)
+    px_per_m = min(field_px / tall_m, inner / wide_m)
+    below_px = (0.8 if is_tall else 2.2 + _TICK_FONTS) * font + (0.0 if is_tall else strip_px)
+    height = round(below_px + field_px + _HEAD_FONTS * font)
+    height += height % 2
+    map_low = float(below_px)
+    map_px = (wide_m * px_per_m, tall_m * px_per_m)
+    left = font + max(0.0, (inner - map_px[0]) / 2 if not is_tall else 0.0)
+    field = Box(left, map_low + (field_px - map_px[1]) / 2, left + map_px[0], map_low + (field_px + map_px[1]) / 2)
+    column = field.right + 1.4 * font if is_tall else width - font - _LEGEND_FONTS * font
+    legend = Box(column, map_low, width - font, map_low + field_px)
+    if is_tall:
+        strip = Box(column + 2.0 * font, map_low + _TICK_FONTS * font, width - font, map_low + _TICK_FONTS * font + strip_px)
+    else:
+        strip = Box(3.6 * font, 0.6 * font + _TICK_FONTS * font, width - font, 0.6 * font + _TICK_FONTS * font + strip_px)
+    head_y = height - 0.52 * _HEAD_FONTS * font
+    return Layout(width, height, font, field, legend, strip, head_y, px_per_m, low)
