@@ -4,46 +4,40 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.collections import PathCollection
 from matplotlib.image import AxesImage
+from matplotlib.text import Text
 
 from netsim.movie import shapes
 from netsim.movie.cast import Cast, Places
+from netsim.movie.ink import Drawn, Strokes
 from netsim.movie.layout import Layout
 from netsim.movie.look import Look, charge_colours
+from netsim.movie.scenery import NAME_DROP, draw_names, node_radius_px
 from netsim.movie.state import CRASHED, DEAD, Line, Moment
 from netsim.replay import style
 from netsim.trace.events import Belief
 
 _LEAST, _MOST = 0.17, 0.75  # diameters of particles in heights of the font: without weight, of the heaviest
 _GROUP_MARGIN = 1.9  # node radii between a member and the hull
+_MOST_MOVING_NAMES = 30  # text is slow to draw
 _FAULT_RING, _JAMMER, _LEADER = 1.75, 1.6, 2.1
 
 
 class Actor(Protocol):
     """A part of the picture that changes."""
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date; what is to be drawn, from below."""
         ...
 
 
 def make_actors(axes: Axes, layout: Layout, look: Look, cast: Cast) -> tuple[list[Actor], list[Actor]]:
     """What is drawn below the messages and above them, each from below."""
-    below: list[Actor] = [make(axes, layout, look, cast) for make in (Beliefs, Clouds, Targets, Groups)]
-    above: list[Actor] = [make(axes, layout, look, cast) for make in (Nodes, Marks, Estimates)]
+    below: list[Actor] = [make(axes, layout, look, cast) for make in (Beliefs, Groups)]
+    above: list[Actor] = [make(axes, layout, look, cast) for make in (Clouds, Targets, Nodes, Marks, Estimates)]
     return below, above
-
-
-def lines(axes: Axes, width: float, colour: object = None) -> LineCollection:
-    """An empty collection of lines to be filled, not drawn with the rest."""
-    made = LineCollection([], linewidths=width, animated=True, capstyle="round", joinstyle="round")
-    if colour is not None:
-        made.set_color(colour)  # type: ignore[arg-type]
-    axes.add_collection(made, autolim=False)
-    return made
 
 
 def dots(axes: Axes) -> PathCollection:
@@ -56,11 +50,11 @@ class Nodes:
 
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout, self._look, self._motion = layout, look, cast.motion
-        self._radius = max(cast.radius_m * layout.px_per_m, 0.22 * layout.font_px)
+        self._radius = node_radius_px(layout, cast)
         sinks = np.array([role == "sink" for role in cast.nodes.role])
         self._mains = np.where(sinks[:, None], np.array(look.roles[0]), np.array(look.roles[1]))
         self._rims, self._discs, self._covers = dots(axes), dots(axes), dots(axes)
-        self._crosses = lines(axes, 0.15 * layout.font_px, look.crashed)
+        self._crosses = Strokes(look.crashed, 0.15 * layout.font_px)
         self._rims.set_sizes((2 * self._radius * np.where(sinks, 1.4, 1.22)) ** 2)
         self._rims.set_facecolor(np.where(sinks[:, None], np.array(look.sink_rim), np.array(look.rim)))
         self._discs.set_sizes([(2 * self._radius) ** 2])
@@ -68,7 +62,47 @@ class Nodes:
         self._covers.set_facecolor(look.dead)
         self._names = self._named(axes, cast)
 
-    def _named(self, axes: Axes, cast: Cast) -> list[Artist]:
+    def _named(self, axes: Axes, cast: Cast) -> list[Text]:
+        """Names of nodes that move, to be drawn in each picture; those of others are part of the scenery."""
+        if cast.motion.is_still or cast.size > _MOST_MOVING_NAMES:
+            return []
+        return [each for each in draw_names(axes, self._layout, self._look, cast) if not each.set_animated(True)]
+
+    def show(self, moment: Moment) -> Sequence[Drawn]:
+        """Bring it up to date; what is to be drawn, from below."""
+        ...
+
+
+def make_actors(axes: Axes, layout: Layout, look: Look, cast: Cast) -> tuple[list[Actor], list[Actor]]:
+    """What is drawn below the messages and above them, each from below."""
+    below: list[Actor] = [make(axes, layout, look, cast) for make in (Beliefs, Groups)]
+    above: list[Actor] = [make(axes, layout, look, cast) for make in (Clouds, Targets, Nodes, Marks, Estimates)]
+    return below, above
+
+
+def dots(axes: Axes) -> PathCollection:
+    """An empty collection of discs to be filled, not drawn with the rest."""
+    return axes.scatter([], [], animated=True, linewidths=0)
+
+
+class Nodes:
+    """Discs coloured by the energy left, on mains power by role; dark and crossed when they are down; names."""
+
+    def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
+        self._layout, self._look, self._motion = layout, look, cast.motion
+        self._radius = node_radius_px(layout, cast)
+        sinks = np.array([role == "sink" for role in cast.nodes.role])
+        self._mains = np.where(sinks[:, None], np.array(look.roles[0]), np.array(look.roles[1]))
+        self._rims, self._discs, self._covers = dots(axes), dots(axes), dots(axes)
+        self._crosses = Strokes(look.crashed, 0.15 * layout.font_px)
+        self._rims.set_sizes((2 * self._radius * np.where(sinks, 1.4, 1.22)) ** 2)
+        self._rims.set_facecolor(np.where(sinks[:, None], np.array(look.sink_rim), np.array(look.rim)))
+        self._discs.set_sizes([(2 * self._radius) ** 2])
+        self._covers.set_sizes([(1.5 * self._radius) ** 2])
+        self._covers.set_facecolor(look.dead)
+        self._names = self._named(axes, cast)
+
+    def _named(self, axes: Axes, cast: Cast) -> list[Text]:
         """Names, where there is room for them."""
         size = 0.8 * self._layout.font_px
         apart = 8 * cast.radius_m * self._layout.px_per_m
@@ -77,7 +111,7 @@ class Nodes:
         look = {"size": size, "color": self._look.soft, "ha": "center", "va": "top", "animated": True}
         return [axes.text(0.0, 0.0, name, **look) for name in cast.nodes.name]
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         at = self._layout.px(self._motion.snapshot(moment.time_ns))
         known = np.isfinite(moment.charge)
@@ -88,10 +122,10 @@ class Nodes:
         self._discs.set_facecolor(colours)
         down = (moment.life == DEAD) | (moment.life == CRASHED)
         self._covers.set_offsets(at[down])
-        self._crosses.set_segments(list(shapes.crosses(at[moment.life == CRASHED], 0.6 * self._radius)))
+        crosses = self._crosses.having(shapes.crosses(at[moment.life == CRASHED], 0.6 * self._radius))
         for name, (x, y) in zip(self._names, at, strict=False):
-            name.set_position((x, y - 1.5 * self._radius))  # type: ignore[attr-defined]
-        return [self._rims, self._discs, self._covers, self._crosses, *self._names]
+            name.set_position((x, y - NAME_DROP * self._radius))
+        return [self._rims, self._discs, self._covers, crosses, *self._names]
 
 
 class Marks:
@@ -99,20 +133,20 @@ class Marks:
 
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout, self._motion = layout, cast.motion
-        self._radius = max(cast.radius_m * layout.px_per_m, 0.22 * layout.font_px)
-        self._leaders = lines(axes, 0.15 * layout.font_px, look.leader)
-        self._rings = lines(axes, 0.12 * layout.font_px, look.fault)
+        self._radius = node_radius_px(layout, cast)
+        self._leaders = Strokes(look.leader, 0.15 * layout.font_px)
+        self._rings = Strokes(look.fault, 0.12 * layout.font_px)
         self._jammers = dots(axes)
         self._jammers.set_facecolor(look.jammer)
         self._jammers.set_sizes([(2 * _JAMMER * self._radius) ** 2])
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         at = self._layout.px(self._motion.snapshot(moment.time_ns))
-        self._leaders.set_segments(list(shapes.squares(at[list(moment.leaders)], _LEADER * self._radius)))
-        self._rings.set_segments(list(shapes.circles(at[list(moment.struck)], _FAULT_RING * self._radius)))
         self._jammers.set_offsets(self._layout.px(np.array(moment.jammers, float).reshape(-1, 2)))
-        return [self._jammers, self._rings, self._leaders]
+        rings = self._rings.having(shapes.circles(at[list(moment.struck)], _FAULT_RING * self._radius))
+        leaders = self._leaders.having(shapes.squares(at[list(moment.leaders)], _LEADER * self._radius))
+        return [self._jammers, rings, leaders]
 
 
 class Targets:
@@ -121,15 +155,14 @@ class Targets:
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout = layout
         self._half = max(0.5 * cast.radius_m * layout.px_per_m, 0.5 * layout.font_px)
-        self._trails = lines(axes, 0.1 * layout.font_px, look.target_trail)
-        self._outlines = lines(axes, 0.16 * layout.font_px, look.target)
+        self._trails = Strokes(look.target_trail, 0.1 * layout.font_px)
+        self._outlines = Strokes(look.target, 0.16 * layout.font_px)
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         at = self._layout.px(np.array(list(moment.targets.values()), float).reshape(-1, 2))
-        self._outlines.set_segments(list(shapes.diamonds(at, self._half)))
-        self._trails.set_segments([self._layout.px(trail) for trail in moment.target_trails.values()])
-        return [self._trails, self._outlines]
+        trails = self._trails.having([self._layout.px(trail) for trail in moment.target_trails.values()])
+        return [trails, self._outlines.having(shapes.diamonds(at, self._half))]
 
 
 class Estimates:
@@ -137,14 +170,14 @@ class Estimates:
 
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout = layout
-        self._trails = lines(axes, 0.1 * layout.font_px, look.trail)
-        self._ellipses = lines(axes, 0.09 * layout.font_px, look.estimate)
+        self._trails = Strokes(look.trail, 0.1 * layout.font_px)
+        self._ellipses = Strokes(look.estimate, 0.09 * layout.font_px)
         self._rims, self._discs = dots(axes), dots(axes)
         for each, colour, size in ((self._rims, look.ground, 0.8), (self._discs, look.estimate, 0.58)):
             each.set_facecolor(colour)
             each.set_sizes([(size * layout.font_px) ** 2])
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         told = list(moment.estimates.values())
         at = self._layout.px(np.array([(each.x_m, each.y_m) for each in told], float).reshape(-1, 2))
@@ -152,9 +185,9 @@ class Estimates:
             each.set_offsets(at)
         known = [each for each in told if len(each.covariance_m2) == 3]
         outlines = [shapes.ellipse_m(each.x_m, each.y_m, np.asarray(each.covariance_m2)) for each in known]
-        self._ellipses.set_segments([self._layout.px(outline) for outline in outlines])
-        self._trails.set_segments([self._layout.px(trail) for trail in moment.trails.values()])
-        return [self._trails, self._ellipses, self._rims, self._discs]
+        ellipses = self._ellipses.having([self._layout.px(outline) for outline in outlines])
+        trails = self._trails.having([self._layout.px(trail) for trail in moment.trails.values()])
+        return [trails, ellipses, self._rims, self._discs]
 
 
 class Groups:
@@ -162,17 +195,18 @@ class Groups:
 
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout, self._look, self._cast = layout, look, cast
-        self._hulls = lines(axes, 1.0)
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         at = self._layout.px(self._cast.motion.snapshot(moment.time_ns))
         margin = _GROUP_MARGIN * self._cast.radius_m * self._layout.px_per_m
         font = self._layout.font_px
-        self._hulls.set_segments([shapes.hull(at[list(rows)], margin) for rows, _ in moment.groups.values()])
-        self._hulls.set_color([self._look.track(track) for track in moment.groups] or "none")
-        self._hulls.set_linewidths([(0.26 if joint else 0.15) * font for _, joint in moment.groups.values()] or [0.0])
-        return [self._hulls]
+        return [
+            Strokes(self._look.track(track), (0.28 if joint else 0.16) * font).having(
+                [shapes.hull(at[list(rows)], margin)]
+            )
+            for track, (rows, joint) in moment.groups.items()
+        ]
 
 
 class Clouds:
@@ -183,7 +217,7 @@ class Clouds:
         self._dots = dots(axes)
         self._shown: list[int] = []
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date, if the clouds are not those of the picture before."""
         if not moment.particles:
             return []
@@ -216,7 +250,7 @@ class Beliefs:
         self._images: dict[Line, AxesImage] = {}
         self._shown: dict[Line, Belief] = {}
 
-    def show(self, moment: Moment) -> Sequence[Artist]:
+    def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date; an image that shows the same belief as before stays."""
         for line, belief in moment.beliefs.items():
             if self._shown.get(line) is not belief:

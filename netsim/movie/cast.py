@@ -15,6 +15,7 @@ from netsim.trace.events import FieldInfo, LinkTable, NodePositions, NodeTable, 
 from netsim.trace.reader import read_trace
 
 _BEST_LINKS = 3  # of each node, where there are so many that drawing them all gives a cloud of lines
+_AROUND = 3.0  # node radii
 _CALM_LINKS = 8  # links a node
 _STATIC_TOPICS = {event_type.topic for event_type in (LinkTable, FieldInfo, Problem)}
 
@@ -58,14 +59,14 @@ class Cast:
         return int(self.row_of[node]) if node < len(self.row_of) else -1
 
     def outline(self) -> tuple[Places, Places]:
-        """Opposite corners of what holds the field and every position of a node."""
+        """Opposite corners of what holds the field and every node wherever it goes, with what is drawn around it."""
         low, high = self.motion.corners
+        low, high = low - _AROUND * self.radius_m, high + _AROUND * self.radius_m
         if self.field is not None:
             corner = np.array([self.field.x_m, self.field.y_m])
             size = np.array([self.field.width_m, self.field.height_m])
             low, high = np.minimum(low, corner), np.maximum(high, corner + size)
-        flat = high - low < 1e-9
-        return np.where(flat, low - 4 * self.radius_m, low), np.where(flat, high + 4 * self.radius_m, high)
+        return low, high
 
     def lines(self) -> tuple[Ints, NDArray[np.float64]]:
         """Pairs of rows to draw a link between, and the worse of its two reception ratios; only of nodes that stay.

@@ -16,7 +16,9 @@ _HEAD_FONTS = 2.7
 _TICK_FONTS = 1.7
 ROW_FONTS = 1.75
 """Height of a row of the legend."""
-_TALLEST = 0.62  # map's height over the picture's width
+_HIGHEST_STRIP = 13.0
+_FOOT_FONTS = 1.9  # below the map, for its scale
+_TALLEST, _TALLEST_BESIDE = 0.6, 0.72  # map's height over the picture's width, without and with the strip beside it
 _TALL = 1.12  # maps taller than wide by this have the strip at their side
 
 
@@ -76,28 +78,31 @@ def lay_out(cast: Cast, width_px: int, legend_rows: int) -> Layout:
     width = width_px - width_px % 2
     font = max(_LEAST_FONT_PX, width / _FONT_SHARE)
     low, high = cast.outline()
-    pad_m = 3.2 * cast.radius_m
-    low, high = low - pad_m, high + pad_m
     wide_m, tall_m = (float(side) for side in high - low)
     is_tall = tall_m > _TALL * wide_m
-    inner = width - 3.0 * font - _LEGEND_FONTS * font
+    inner = width - (_LEGEND_FONTS + 3.4) * font
     legend_px = (legend_rows + 0.5) * ROW_FONTS * font
-    strip_px = _STRIP_FONTS * font
-    beside_px = legend_px + (strip_px + 4.5 * font if is_tall else 0.0)
-    field_px = max(min(_TALLEST * width, inner * tall_m / wide_m), beside_px)
+    beside_px = legend_px + (_STRIP_FONTS + 4.5) * font * is_tall
+    tallest = (_TALLEST_BESIDE if is_tall else _TALLEST) * width
+    field_px = max(min(tallest, inner * tall_m / wide_m), beside_px)
     px_per_m = min(field_px / tall_m, inner / wide_m)
-    below_px = (0.8 if is_tall else 2.2 + _TICK_FONTS) * font + (0.0 if is_tall else strip_px)
-    height = round(below_px + field_px + _HEAD_FONTS * font)
-    height += height % 2
-    map_low = float(below_px)
+    floor = (_FOOT_FONTS + (0.0 if is_tall else _STRIP_FONTS + _TICK_FONTS + 0.8)) * font
+    height = 2 * round((floor + field_px + _HEAD_FONTS * font) / 2)
     map_px = (wide_m * px_per_m, tall_m * px_per_m)
-    left = font + max(0.0, (inner - map_px[0]) / 2 if not is_tall else 0.0)
-    field = Box(left, map_low + (field_px - map_px[1]) / 2, left + map_px[0], map_low + (field_px + map_px[1]) / 2)
-    column = field.right + 1.4 * font if is_tall else width - font - _LEGEND_FONTS * font
-    legend = Box(column, map_low, width - font, map_low + field_px)
-    if is_tall:
-        strip = Box(column + 2.0 * font, map_low + _TICK_FONTS * font, width - font, map_low + _TICK_FONTS * font + strip_px)
-    else:
-        strip = Box(3.6 * font, 0.6 * font + _TICK_FONTS * font, width - font, 0.6 * font + _TICK_FONTS * font + strip_px)
+    left = font + (0.0 if is_tall else (inner - map_px[0]) / 2)
+    low_y = floor + (field_px - map_px[1]) / 2
+    field = Box(left, low_y, left + map_px[0], low_y + map_px[1])
+    column = field.right + 1.6 * font if is_tall else width - (_LEGEND_FONTS + 1.0) * font
+    legend = Box(column, floor, width - font, floor + field_px)
+    strip = _strip(legend, font, width, field_px - legend_px if is_tall else None)
     head_y = height - 0.52 * _HEAD_FONTS * font
     return Layout(width, height, font, field, legend, strip, head_y, px_per_m, low)
+
+
+def _strip(legend: Box, font: float, width: float, room_px: float | None) -> Box:
+    """The strip's box: along the foot of the picture, or in what room the legend leaves below it."""
+    if room_px is None:
+        low = (0.6 + _TICK_FONTS) * font
+        return Box(3.6 * font, low, width - font, low + _STRIP_FONTS * font)
+    low = legend.low + 0.5 * font
+    return Box(legend.left + 2.4 * font, low, width - font, low + min(room_px - 4.0 * font, _HIGHEST_STRIP * font))

@@ -90,7 +90,7 @@ DARK = Look(
     ground=_like(style.BACKGROUND), ink=_c(232, 237, 244), soft=_c(150, 160, 175), field=_like(style.FIELD),
     strip=_c(24, 29, 37), rim=_like(style.RIM), sink_rim=_like(style.SINK_RIM), dead=_c(48, 51, 58),
     crashed=_like(style.CRASHED), leader=_like(style.LEADER), target=_like(style.TARGET),
-    target_trail=_like(style.TARGET_DIM, 190), estimate=_like(style.ESTIMATE), trail=_like(style.TRAIL, 200),
+    target_trail=_like(style.TARGET_DIM, 190), estimate=_like(style.ESTIMATE), trail=_like(style.ESTIMATE, 150),
     fault=_like(style.FAULT), jammer=_like(style.JAMMER), lost=_like(style.LOST), collided=_like(style.COLLIDED),
     acknowledgement=_like(style.ACKNOWLEDGEMENT), kinds=_DARK_KINDS, tracks=_DARK_KINDS,
     prr=(_c(105, 40, 35), _c(88, 80, 32), _c(36, 84, 52)),

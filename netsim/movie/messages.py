@@ -1,79 +1,56 @@
 """Messages in the air as arrows that grow from sender to receiver; what is lost ends in a cross on the way."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 
 from netsim.movie import shapes
-from netsim.movie.actors import lines
-from netsim.movie.cast import Cast, Places
+from netsim.movie.cast import Cast
+from netsim.movie.ink import Areas, Drawn, Strokes
 from netsim.movie.layout import Layout
 from netsim.movie.look import Colour, Look
 from netsim.movie.story import Story
 from netsim.replay.flights import Rows
 from netsim.replay.flying import ACKS, FIRST_KIND, INTERFERED, LOST, LOST_ACKS, shafts
 
-_KIND, _BROADCAST, _LOSS, _ACK = 0.2, 0.12, 0.13, 0.07  # widths in heights of the font
+_KIND, _BROADCAST, _LOSS, _ACK = 0.2, 0.13, 0.13, 0.08  # widths in heights of the font
 _CROSS = 0.34
 _CROWDED_NODES = 100
 _CROWDED = 0.75
+_MANY_ARROWS = 60  # of so many broadcasts at once the arrows are thin and pale
+_PALE = 0.6
 
 
 class Messages:
     """The arrows of a picture."""
 
-    def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast, story: Story) -> None:
+    def __init__(self, layout: Layout, look: Look, cast: Cast, story: Story) -> None:
         self._layout, self._look, self._cast, self._story = layout, look, cast, story
         self._size = layout.font_px * (_CROWDED if cast.size > _CROWDED_NODES else 1.0)
-        self._shafts, self._crosses = lines(axes, 1.0), lines(axes, _LOSS * self._size)
-        self._shafts.set_capstyle("butt")
-        self._heads = PolyCollection([], edgecolors="none", animated=True)
-        axes.add_collection(self._heads, autolim=False)
 
-    def show(self, picture: int) -> Sequence[Artist]:
-        """Bring it up to date; what is to be drawn, from below."""
-        parts = sorted(self._story.air(picture), key=lambda rows: _height(rows.layer))
-        parts = [rows for rows in parts if len(rows.reach)]
-        if not parts:
-            return []
-        arrows = [self._arrows(rows) for rows in parts]
-        self._shafts.set_segments([shaft for shaft, _, _, _ in arrows for shaft in shaft])
-        self._shafts.set_color([colour for _, _, colours, _ in arrows for colour in colours])
-        self._shafts.set_linewidths(np.concatenate([widths for _, _, _, widths in arrows]))
-        whole = [(heads, colours) for (_, heads, colours, _), rows in zip(arrows, parts, strict=True) if _whole(rows)]
-        self._heads.set_verts([head for heads, _ in whole for head in heads])
-        self._heads.set_facecolor([colour for _, colours in whole for colour in colours] or "none")
-        self._set_crosses(parts)
-        return [self._shafts, self._heads, self._crosses]
+    def show(self, picture: int) -> Iterator[Drawn]:
+        """What is to be drawn, from below."""
+        for rows in sorted(self._story.air(picture), key=lambda rows: _height(rows.layer)):
+            if len(rows.reach):
+                yield from self._arrows(rows)
 
-    def _arrows(self, rows: Rows) -> tuple[Places, Places, list[Colour], np.ndarray]:
-        origins, vectors = self._ways(rows)
-        colour, width = self._style(rows.layer)
-        widths = np.full(len(origins), width)
-        shaft, heads = shapes.arrows(origins, vectors, widths)
-        if not _whole(rows):
-            shaft = np.stack([origins, origins + vectors], axis=1)
-        return shaft, heads, [colour] * len(origins), widths
+    def _arrows(self, rows: Rows) -> Iterator[Drawn]:
+        origins_m, vectors_m = shafts(self._cast.motion, self._cast.radius_m, rows)
+        origins, vectors = self._layout.px(origins_m), vectors_m * self._layout.px_per_m
+        colour, width = self._style(rows.layer, len(origins))
+        if rows.layer >= FIRST_KIND:
+            lines, heads = shapes.arrows(origins, vectors, np.full(len(origins), width))
+            yield Strokes(colour, width, "butt").having(lines)
+            yield Areas(colour).having(heads)
+            return
+        ends = origins + vectors
+        yield Strokes(colour, width).having(np.stack([origins, ends], axis=1))
+        if rows.layer in (LOST, INTERFERED):
+            yield Strokes(colour, 1.2 * width).having(shapes.crosses(ends, _CROSS * self._size))
 
-    def _ways(self, rows: Rows) -> tuple[Places, Places]:
-        origins, vectors = shafts(self._cast.motion, self._cast.radius_m, rows)
-        return self._layout.px(origins), vectors * self._layout.px_per_m
-
-    def _set_crosses(self, parts: Sequence[Rows]) -> None:
-        lost = [(rows, sum(self._ways(rows))) for rows in parts if rows.layer in (LOST, INTERFERED)]
-        self._crosses.set_segments(
-            [stroke for _, ends in lost for stroke in shapes.crosses(ends, _CROSS * self._size)]
-        )
-        self._crosses.set_color(
-            [self._style(rows.layer)[0] for rows, ends in lost for _ in range(2 * len(ends))] or "none"
-        )
-
-    def _style(self, layer: int) -> tuple[Colour, float]:
+    def _style(self, layer: int, count: int) -> tuple[Colour, float]:
         """Colour and width in pixels."""
-        look, size = self._look, self._size
+        look = self._look
         fixed = {
             LOST: (look.lost, _LOSS),
             INTERFERED: (look.collided, _LOSS),
@@ -85,12 +62,9 @@ class Messages:
         else:
             kind, is_broadcast = divmod(layer - FIRST_KIND, 2)
             colour, width = look.kind(kind), _BROADCAST if is_broadcast else _KIND
-        return colour, max(width * size, 0.8)
-
-
-def _whole(rows: Rows) -> bool:
-    """Whether arrows of this layer have heads."""
-    return rows.layer >= FIRST_KIND
+            if is_broadcast and count > _MANY_ARROWS:
+                colour, width = (*colour[:3], _PALE), _PALE * width
+        return colour, max(width * self._size, 0.7)
 
 
 def _height(layer: int) -> tuple[int, int]:
@@ -100,4 +74,3 @@ def _height(layer: int) -> tuple[int, int]:
     if layer >= FIRST_KIND:
         return 2 - (layer - FIRST_KIND) % 2, layer
     return 3, layer
-

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from netsim.movie.actors import make_actors
 from netsim.movie.cast import Cast
+from netsim.movie.ink import Drawn
 from netsim.movie.layout import Layout, lay_out
 from netsim.movie.legend import draw_legend, entries
 from netsim.movie.look import DARK, LIGHT, RC, Look
@@ -51,7 +52,7 @@ class Painter:
             draw_legend(self._axes, self.layout, self._look, legend)
             self._strip = Strip(self._axes, self.layout, self._look, story)
             self._below, self._above = make_actors(self._axes, self.layout, self._look, cast)
-            self._messages = Messages(self._axes, self.layout, self._look, cast, story)
+            self._messages = Messages(self.layout, self._look, cast, story)
             self._clock = self._make_clock()
             self._bright = self._still(is_dim=False)
             self._still(is_dim=True)
@@ -63,7 +64,7 @@ class Painter:
         self._canvas.restore_region(self._ground)  # type: ignore[attr-defined]
         renderer = self._canvas.get_renderer()
         self._clock.set_text(self._time_text(moment.time_ns))
-        artists = [artist for actor in self._below for artist in actor.show(moment)]
+        artists: list[Drawn] = [artist for actor in self._below for artist in actor.show(moment)]
         artists += self._messages.show(picture)
         artists += [artist for actor in self._above for artist in actor.show(moment)]
         for artist in (*artists, self._clock):

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.text import Text
 
 from netsim.movie.cast import Cast
 from netsim.movie.layout import Layout
@@ -11,6 +12,11 @@ from netsim.movie.options import Reel
 from netsim.replay import style
 from netsim.replay.options import nice
 
+NAME_DROP = 1.6
+"""Node radii from a node to its name."""
+_MOST_NAMES = 64
+_RADII_APART = 8.0  # node radii between neighbours
+_LEAST_RADIUS = 0.22  # of a node, in heights of the font
 _SENSOR_RIM = 1.5  # node radii
 _SCALE_SHARE = 0.25  # of the map's width, at most
 
@@ -28,6 +34,7 @@ def draw_scenery(axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         axes.add_collection(LineCollection(segments, colors=look.links(prr), linewidths=0.09 * layout.font_px))
     if cast.motion.is_still:
         _draw_sensors(axes, layout, cast)
+        draw_names(axes, layout, look, cast)
     _draw_scale(axes, layout, look)
 
 
@@ -51,6 +58,23 @@ def pace_text(speed: float) -> str:
     return f"1/{round(slow)} of real time" if slow > 9.5 else f"{speed:.2g} of real time"
 
 
+def node_radius_px(layout: Layout, cast: Cast) -> float:
+    """Radius of a node in pixels."""
+    return max(cast.radius_m * layout.px_per_m, _LEAST_RADIUS * layout.font_px)
+
+
+def draw_names(axes: Axes, layout: Layout, look: Look, cast: Cast) -> list[Text]:
+    """The nodes' names below them, if there is room."""
+    size, radius = 0.8 * layout.font_px, node_radius_px(layout, cast)
+    apart = _RADII_APART * cast.radius_m * layout.px_per_m
+    longest = max(len(name) for name in cast.nodes.name)
+    if cast.size > _MOST_NAMES or apart < (0.62 * longest + 1.0) * size:
+        return []
+    named = {"size": size, "color": look.soft, "ha": "center", "va": "top"}
+    places = layout.px(cast.motion.start)
+    return [axes.text(x, y - NAME_DROP * radius, name, **named) for name, (x, y) in zip(cast.nodes.name, places, strict=True)]
+
+
 def _draw_sensors(axes: Axes, layout: Layout, cast: Cast) -> None:
     for kind, colour in style.SENSOR_COLOURS.items():
         rows = cast.rows(np.array([node for node, what in cast.measures.items() if what == kind], np.int64))
@@ -60,11 +84,12 @@ def _draw_sensors(axes: Axes, layout: Layout, cast: Cast) -> None:
 
 
 def _draw_scale(axes: Axes, layout: Layout, look: Look) -> None:
-    """A bar of a round length in the lower left corner, outside the field."""
+    """A bar of a round length below the lower right corner."""
     box, font = layout.field, layout.font_px
     length_m = nice(_SCALE_SHARE * box.width / layout.px_per_m)
     length = length_m * layout.px_per_m
-    x, y = box.left, box.low - 0.15 * font
-    bar = [[(x, y + 0.3 * font), (x, y), (x + length, y), (x + length, y + 0.3 * font)]]
+    x, y = box.right, box.low - 0.75 * font
+    bar = [[(x - length, y + 0.3 * font), (x - length, y), (x, y), (x, y + 0.3 * font)]]
     axes.add_collection(LineCollection(bar, colors=[look.soft], linewidths=1.0))
-    axes.text(x + length + 0.5 * font, y, f"{length_m:g} m", size=0.85 * font, color=look.soft, va="center_baseline")
+    text = {"size": 0.85 * font, "color": look.soft, "ha": "right", "va": "center_baseline"}
+    axes.text(x - length - 0.5 * font, y, f"{length_m:g} m", **text)

@@ -1,0 +1,128 @@
+"""Animated GIF: one palette for all pictures, and of each picture only what differs from the one before."""
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import GifImagePlugin, Image
+from scipy.spatial import cKDTree
+
+from netsim.movie.painter import Pixels
+
+_COLOURS = 255  # one more stands for "as before"
+_AS_BEFORE = 255
+_BITS = 6  # of each channel that count in looking up the nearest colour
+_SAMPLE_ROWS = 4096
+_LAST_MS = 1500  # how long the last picture stays before the movie begins anew
+_LOOP = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
+
+Indices = NDArray[np.uint8]
+
+
+class Palette:
+    """Up to 255 colours, and the nearest of them for every colour.
+
+    Args:
+        samples: Pictures that have the colours of all.
+    """
+
+    def __init__(self, samples: Sequence[Pixels]) -> None:
+        strip = np.concatenate([sample.reshape(-1, 3) for sample in samples])
+        colours, counts = np.unique(strip, axis=0, return_counts=True)
+        if len(colours) > _COLOURS:
+            # Weights by the root of the area, or large areas would take the colours of small signs.
+            copies = np.ceil(np.sqrt(counts)).astype(np.int64)
+            image = Image.fromarray(np.repeat(colours, copies, axis=0)[None])
+            found = image.quantize(_COLOURS, Image.Quantize.MEDIANCUT, kmeans=1).getpalette() or []
+            common = colours[np.argsort(counts)[-8:]]
+            colours = np.unique(np.concatenate([np.array(found, np.uint8).reshape(-1, 3), common]), axis=0)
+            colours = _thinned(colours, common)
+        self.colours: NDArray[np.uint8] = colours
+
+    def indices(self, pixels: Pixels) -> Indices:
+        """The nearest colour of each pixel, up to two bits a channel; shape (height, width)."""
+        wide = (pixels >> (8 - _BITS)).astype(np.int32)
+        return np.asarray(self._table[(wide[..., 0] << 2 * _BITS) | (wide[..., 1] << _BITS) | wide[..., 2]])
+
+    @cached_property
+    def _table(self) -> Indices:
+        step = 1 << (8 - _BITS)
+        axis = np.arange(1 << _BITS) * step + step / 2 - 0.5
+        grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+        nearest = cKDTree(self.colours.astype(float)).query(grid)[1]
+        return nearest.astype(np.uint8)
+
+
+def _thinned(colours: NDArray[np.uint8], kept: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """At most 255 colours: of those that are most alike one goes, but none of those to be kept."""
+    while len(colours) > _COLOURS:
+        distance, other = cKDTree(colours.astype(float)).query(colours.astype(float), k=2)
+        is_kept = (colours[:, None] == kept[None]).all(axis=2).any(axis=1)
+        gone = int(np.argmin(np.where(is_kept, np.inf, distance[:, 1])))
+        colours = np.delete(colours, gone, axis=0)
+    return colours
+
+
+def write_gif(path: Path, pictures: Iterable[Pixels], samples: Sequence[Pixels], fps: float) -> None:
+    """Write a movie that begins anew when it is over.
+
+    Args:
+        path: Where.
+        pictures: The pictures, all of one size.
+        samples: Some of them, or others, that have the colours of all.
+        fps: Pictures a second; GIF counts hundredths of a second, so that delays differ by one to keep the pace.
+    """
+    palette = Palette(samples)
+    with path.open("wb") as stream:
+        _write_pictures(stream, pictures, palette, fps)
+
+
+def _write_pictures(stream: BinaryIO, pictures: Iterable[Pixels], palette: Palette, fps: float) -> None:
+    before: Indices | None = None
+    waiting: tuple[Indices, Indices | None] | None = None
+    number = 0
+    for pixels in pictures:
+        now = palette.indices(pixels)
+        if before is None:
+            _write_header(stream, now.shape, palette)
+        if waiting is not None:
+            _write_picture(stream, *waiting, palette, _delay_ms(number, fps))
+            number += 1
+        waiting, before = (now, before), now
+    if waiting is not None:
+        _write_picture(stream, *waiting, palette, _LAST_MS)
+        stream.write(b";")
+
+
+def _delay_ms(number: int, fps: float) -> int:
+    """How long a picture stays, a multiple of 10 ms, so that no error builds up."""
+    begin, end = (round(100 * edge / fps) for edge in (number, number + 1))
+    return 10 * (end - begin)
+
+
+def _write_header(stream: BinaryIO, shape: tuple[int, ...], palette: Palette) -> None:
+    height, width = shape
+    table = np.zeros((256, 3), np.uint8)
+    table[: len(palette.colours)] = palette.colours
+    stream.write(b"GIF89a" + width.to_bytes(2, "little") + height.to_bytes(2, "little") + b"\xf7\x00\x00")
+    stream.write(table.tobytes() + _LOOP)
+
+
+def _write_picture(stream: BinaryIO, now: Indices, before: Indices | None, palette: Palette, delay_ms: int) -> None:
+    """What changed, in the smallest rectangle that holds it."""
+    if before is None:
+        part, corner = now, (0, 0)
+    else:
+        changed = now != before
+        rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+        top, bottom = (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 1)
+        left, right = (int(columns[0]), int(columns[-1]) + 1) if len(columns) else (0, 1)
+        part = np.where(changed, now, _AS_BEFORE).astype(np.uint8)[top:bottom, left:right]
+        corner = (left, top)
+    image = Image.fromarray(np.ascontiguousarray(part), "P")
+    image.putpalette(palette.colours.tobytes())
+    for block in GifImagePlugin.getdata(image, corner, duration=delay_ms, disposal=1, transparency=_AS_BEFORE):
+        stream.write(block)
