@@ -36,6 +36,7 @@ MAY_IMPORT = {
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
     "calibrate": {"kernels", "models"},
     "replay": {"trace", "flow.rounds", "flow.layout"},
+    "movie": {"trace"} | {f"replay.{part}" for part in ("check", "flights", "flying", "motion", "options", "style")},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
     "scenario": EVERYTHING,
@@ -58,7 +59,8 @@ NOBODY_BUT = {"reading": {"models", "scenario", "cli", "study"}, "testing": set(
 """Rooms that only these may import, whatever the table above says."""
 
 ONLY_IN = {"simpy": {"sim", "testing"}, "rerun": {"replay"}, "mcap": {"trace"}, "typer": {"cli"}, "rich": {"cli"}}
-ONLY_IN["matplotlib"] = {"calibrate", "flow", "snapshots", "study"}
+ONLY_IN["matplotlib"] = {"calibrate", "flow", "movie", "snapshots", "study"}
+ONLY_IN["av"] = {"movie"}
 """Libraries that have one room."""
 
 FORBIDDEN_IN = {"kernels": {"simpy", "pathlib", "os", "time", "random", "asyncio", "threading"}}

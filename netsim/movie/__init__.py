@@ -124,7 +124,9 @@ def _write(part: Path, ending: str, painter: "Painter", reel: Reel, progress: Pr
     if ending == ".mp4":
         from netsim.movie.mp4 import write_mp4
 
-        write_mp4(part, _painted(painter, reel, progress), (painter.layout.width_px, painter.layout.height_px), reel.fps)
+        write_mp4(
+            part, _painted(painter, reel, progress), (painter.layout.width_px, painter.layout.height_px), reel.fps
+        )
         return
     from netsim.movie.gif import write_gif
 

@@ -1,11 +1,10 @@
 """What moves in a picture besides messages: nodes, targets, tracks and beliefs. Each part brings itself up to date."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
 from matplotlib.image import AxesImage
 from matplotlib.text import Text
 
@@ -22,7 +21,7 @@ from netsim.trace.events import Belief
 _LEAST, _MOST = 0.17, 0.75  # diameters of particles in heights of the font: without weight, of the heaviest
 _GROUP_MARGIN = 1.9  # node radii between a member and the hull
 _MOST_MOVING_NAMES = 30  # text is slow to draw
-_FAULT_RING, _JAMMER, _LEADER = 1.75, 1.6, 2.1
+_FAULT_RING, _JAMMER, _LEADER = 1.75, 2.2, 2.1
 
 
 class Actor(Protocol):
@@ -35,12 +34,12 @@ class Actor(Protocol):
 
 def make_actors(axes: Axes, layout: Layout, look: Look, cast: Cast) -> tuple[list[Actor], list[Actor]]:
     """What is drawn below the messages and above them, each from below."""
-    below: list[Actor] = [make(axes, layout, look, cast) for make in (Beliefs, Groups)]
+    below: list[Actor] = [make(axes, layout, look, cast) for make in (Beliefs, Jammers, Groups)]
     above: list[Actor] = [make(axes, layout, look, cast) for make in (Clouds, Targets, Nodes, Marks, Estimates)]
     return below, above
 
 
-def dots(axes: Axes) -> PathCollection:
+def dots(axes: Axes) -> Any:
     """An empty collection of discs to be filled, not drawn with the rest."""
     return axes.scatter([], [], animated=True, linewidths=0)
 
@@ -66,50 +65,10 @@ class Nodes:
         """Names of nodes that move, to be drawn in each picture; those of others are part of the scenery."""
         if cast.motion.is_still or cast.size > _MOST_MOVING_NAMES:
             return []
-        return [each for each in draw_names(axes, self._layout, self._look, cast) if not each.set_animated(True)]
-
-    def show(self, moment: Moment) -> Sequence[Drawn]:
-        """Bring it up to date; what is to be drawn, from below."""
-        ...
-
-
-def make_actors(axes: Axes, layout: Layout, look: Look, cast: Cast) -> tuple[list[Actor], list[Actor]]:
-    """What is drawn below the messages and above them, each from below."""
-    below: list[Actor] = [make(axes, layout, look, cast) for make in (Beliefs, Groups)]
-    above: list[Actor] = [make(axes, layout, look, cast) for make in (Clouds, Targets, Nodes, Marks, Estimates)]
-    return below, above
-
-
-def dots(axes: Axes) -> PathCollection:
-    """An empty collection of discs to be filled, not drawn with the rest."""
-    return axes.scatter([], [], animated=True, linewidths=0)
-
-
-class Nodes:
-    """Discs coloured by the energy left, on mains power by role; dark and crossed when they are down; names."""
-
-    def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
-        self._layout, self._look, self._motion = layout, look, cast.motion
-        self._radius = node_radius_px(layout, cast)
-        sinks = np.array([role == "sink" for role in cast.nodes.role])
-        self._mains = np.where(sinks[:, None], np.array(look.roles[0]), np.array(look.roles[1]))
-        self._rims, self._discs, self._covers = dots(axes), dots(axes), dots(axes)
-        self._crosses = Strokes(look.crashed, 0.15 * layout.font_px)
-        self._rims.set_sizes((2 * self._radius * np.where(sinks, 1.4, 1.22)) ** 2)
-        self._rims.set_facecolor(np.where(sinks[:, None], np.array(look.sink_rim), np.array(look.rim)))
-        self._discs.set_sizes([(2 * self._radius) ** 2])
-        self._covers.set_sizes([(1.5 * self._radius) ** 2])
-        self._covers.set_facecolor(look.dead)
-        self._names = self._named(axes, cast)
-
-    def _named(self, axes: Axes, cast: Cast) -> list[Text]:
-        """Names, where there is room for them."""
-        size = 0.8 * self._layout.font_px
-        apart = 8 * cast.radius_m * self._layout.px_per_m
-        if apart < (0.62 * max(len(name) for name in cast.nodes.name) + 1.0) * size:
-            return []
-        look = {"size": size, "color": self._look.soft, "ha": "center", "va": "top", "animated": True}
-        return [axes.text(0.0, 0.0, name, **look) for name in cast.nodes.name]
+        names = draw_names(axes, self._layout, self._look, cast)
+        for name in names:
+            name.set_animated(True)
+        return names
 
     def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
@@ -129,24 +88,35 @@ class Nodes:
 
 
 class Marks:
-    """Squares around leaders, rings around nodes that a fault concerns, discs where jammers are."""
+    """Squares around leaders, rings around nodes that a fault concerns."""
 
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout, self._motion = layout, cast.motion
         self._radius = node_radius_px(layout, cast)
         self._leaders = Strokes(look.leader, 0.15 * layout.font_px)
         self._rings = Strokes(look.fault, 0.12 * layout.font_px)
-        self._jammers = dots(axes)
-        self._jammers.set_facecolor(look.jammer)
-        self._jammers.set_sizes([(2 * _JAMMER * self._radius) ** 2])
 
     def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         at = self._layout.px(self._motion.snapshot(moment.time_ns))
-        self._jammers.set_offsets(self._layout.px(np.array(moment.jammers, float).reshape(-1, 2)))
         rings = self._rings.having(shapes.circles(at[list(moment.struck)], _FAULT_RING * self._radius))
         leaders = self._leaders.having(shapes.squares(at[list(moment.leaders)], _LEADER * self._radius))
-        return [self._jammers, rings, leaders]
+        return [rings, leaders]
+
+
+class Jammers:
+    """Discs where jammers are at work."""
+
+    def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
+        self._layout = layout
+        self._discs = dots(axes)
+        self._discs.set_facecolor(look.jammer)
+        self._discs.set_sizes([(2 * _JAMMER * node_radius_px(layout, cast)) ** 2])
+
+    def show(self, moment: Moment) -> Sequence[Drawn]:
+        """Bring it up to date."""
+        self._discs.set_offsets(self._layout.px(np.array(moment.jammers, float).reshape(-1, 2)))
+        return [self._discs]
 
 
 class Targets:
@@ -154,7 +124,7 @@ class Targets:
 
     def __init__(self, axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
         self._layout = layout
-        self._half = max(0.5 * cast.radius_m * layout.px_per_m, 0.5 * layout.font_px)
+        self._half = max(0.5 * node_radius_px(layout, cast), 0.5 * layout.font_px)
         self._trails = Strokes(look.target_trail, 0.1 * layout.font_px)
         self._outlines = Strokes(look.target, 0.16 * layout.font_px)
 
@@ -199,7 +169,7 @@ class Groups:
     def show(self, moment: Moment) -> Sequence[Drawn]:
         """Bring it up to date."""
         at = self._layout.px(self._cast.motion.snapshot(moment.time_ns))
-        margin = _GROUP_MARGIN * self._cast.radius_m * self._layout.px_per_m
+        margin = _GROUP_MARGIN * node_radius_px(self._layout, self._cast)
         font = self._layout.font_px
         return [
             Strokes(self._look.track(track), (0.28 if joint else 0.16) * font).having(

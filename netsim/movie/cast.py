@@ -75,7 +75,9 @@ class Cast:
         """
         if self.links is None or not len(self.links.source):
             return np.empty((0, 2), np.int64), np.empty(0)
-        ends = np.column_stack([self.rows(np.asarray(self.links.source)), self.rows(np.asarray(self.links.destination))])
+        ends = np.column_stack(
+            [self.rows(np.asarray(self.links.source)), self.rows(np.asarray(self.links.destination))]
+        )
         pairs, where = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
         prr, gain_db = np.ones(len(pairs)), np.full(len(pairs), np.inf)
         np.minimum.at(prr, where.ravel(), np.asarray(self.links.prr, np.float64))

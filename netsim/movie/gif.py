@@ -15,7 +15,8 @@ from netsim.movie.painter import Pixels
 _COLOURS = 255  # one more stands for "as before"
 _AS_BEFORE = 255
 _BITS = 6  # of each channel that count in looking up the nearest colour
-_SAMPLE_ROWS = 4096
+_UNCHANGED = 48  # commonest colours that stay as they are
+_WEIGHT = 0.4
 _LAST_MS = 1500  # how long the last picture stays before the movie begins anew
 _LOOP = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 
@@ -30,22 +31,16 @@ class Palette:
     """
 
     def __init__(self, samples: Sequence[Pixels]) -> None:
-        strip = np.concatenate([sample.reshape(-1, 3) for sample in samples])
-        colours, counts = np.unique(strip, axis=0, return_counts=True)
+        colours, counts = _counted(samples)
         if len(colours) > _COLOURS:
-            # Weights by the root of the area, or large areas would take the colours of small signs.
-            copies = np.ceil(np.sqrt(counts)).astype(np.int64)
-            image = Image.fromarray(np.repeat(colours, copies, axis=0)[None])
-            found = image.quantize(_COLOURS, Image.Quantize.MEDIANCUT, kmeans=1).getpalette() or []
-            common = colours[np.argsort(counts)[-8:]]
-            colours = np.unique(np.concatenate([np.array(found, np.uint8).reshape(-1, 3), common]), axis=0)
-            colours = _thinned(colours, common)
+            colours = _reduced(colours, counts)
         self.colours: NDArray[np.uint8] = colours
 
     def indices(self, pixels: Pixels) -> Indices:
         """The nearest colour of each pixel, up to two bits a channel; shape (height, width)."""
         wide = (pixels >> (8 - _BITS)).astype(np.int32)
-        return np.asarray(self._table[(wide[..., 0] << 2 * _BITS) | (wide[..., 1] << _BITS) | wide[..., 2]])
+        found: Indices = self._table[(wide[..., 0] << 2 * _BITS) | (wide[..., 1] << _BITS) | wide[..., 2]]
+        return found
 
     @cached_property
     def _table(self) -> Indices:
@@ -53,17 +48,30 @@ class Palette:
         axis = np.arange(1 << _BITS) * step + step / 2 - 0.5
         grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
         nearest = cKDTree(self.colours.astype(float)).query(grid)[1]
-        return nearest.astype(np.uint8)
+        return np.asarray(nearest, np.uint8)
 
 
-def _thinned(colours: NDArray[np.uint8], kept: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """At most 255 colours: of those that are most alike one goes, but none of those to be kept."""
-    while len(colours) > _COLOURS:
-        distance, other = cKDTree(colours.astype(float)).query(colours.astype(float), k=2)
-        is_kept = (colours[:, None] == kept[None]).all(axis=2).any(axis=1)
-        gone = int(np.argmin(np.where(is_kept, np.inf, distance[:, 1])))
-        colours = np.delete(colours, gone, axis=0)
-    return colours
+def _counted(samples: Sequence[Pixels]) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+    """The colours of some pictures, and how many pixels each has."""
+    total = np.zeros(1 << 24, np.int64)
+    for sample in samples:
+        red, green, blue = np.moveaxis(sample.reshape(-1, 3).astype(np.int32), -1, 0)
+        total += np.bincount((red << 16) | (green << 8) | blue, minlength=1 << 24)
+    codes = np.flatnonzero(total)
+    return np.stack([codes >> 16, (codes >> 8) & 255, codes & 255], axis=1).astype(np.uint8), total[codes]
+
+
+def _reduced(colours: NDArray[np.uint8], counts: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """At most 255 colours that stand for all, the commonest ones unchanged.
+
+    Others weigh by a root of their area, or large areas would take the colours of small signs.
+    """
+    order = np.argsort(-counts, kind="stable")
+    common, others = colours[order[:_UNCHANGED]], order[_UNCHANGED:]
+    copies = np.ceil(counts[others] ** _WEIGHT).astype(np.int64)
+    image = Image.fromarray(np.repeat(colours[others], copies, axis=0)[None])
+    found = image.quantize(_COLOURS - _UNCHANGED, Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
+    return np.concatenate([common, np.array(found, np.uint8).reshape(-1, 3)[: _COLOURS - _UNCHANGED]])
 
 
 def write_gif(path: Path, pictures: Iterable[Pixels], samples: Sequence[Pixels], fps: float) -> None:

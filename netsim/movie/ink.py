@@ -1,23 +1,24 @@
 """Many lines or areas of one colour drawn as one path: far quicker than a path each."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from matplotlib.backend_bases import RendererBase
 from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform
 
 from netsim.movie.cast import Places
 from netsim.movie.look import Colour
 
+Outlines = Sequence[Places] | Places
+"""Each of shape (n, 2), in pixels."""
 _AT_ONCE = 400  # outlines a path: Agg refuses paths that are too long
 
 
 class Drawn(Protocol):
     """What draws itself: artists of matplotlib, and the classes below."""
 
-    def draw(self, renderer: RendererBase) -> None:
+    def draw(self, renderer: Any) -> None:
         """Draw it."""
         ...
 
@@ -33,14 +34,14 @@ class Strokes:
 
     def __init__(self, colour: Colour, width_px: float, cap: str = "round") -> None:
         self._colour, self._width_px, self._cap = colour, width_px, cap
-        self._outlines: Sequence[Places] = ()
+        self._outlines: Outlines = ()
 
-    def having(self, outlines: Sequence[Places]) -> "Strokes":
+    def having(self, outlines: Outlines) -> "Strokes":
         """These lines from now on, each of shape (n, 2), in pixels."""
         self._outlines = outlines
         return self
 
-    def draw(self, renderer: RendererBase) -> None:
+    def draw(self, renderer: Any) -> None:
         """Draw them."""
         context = renderer.new_gc()
         context.set_foreground(self._colour, isRGBA=True)
@@ -57,14 +58,14 @@ class Areas:
 
     def __init__(self, colour: Colour) -> None:
         self._colour = colour
-        self._outlines: Sequence[Places] = ()
+        self._outlines: Outlines = ()
 
-    def having(self, outlines: Sequence[Places]) -> "Areas":
+    def having(self, outlines: Outlines) -> "Areas":
         """These outlines from now on, each of shape (n, 2), in pixels."""
         self._outlines = outlines
         return self
 
-    def draw(self, renderer: RendererBase) -> None:
+    def draw(self, renderer: Any) -> None:
         """Draw them."""
         context = renderer.new_gc()
         context.set_foreground(self._colour, isRGBA=True)
@@ -74,11 +75,11 @@ class Areas:
         context.restore()
 
 
-def _paths(outlines: Sequence[Places]) -> list[Path]:
+def _paths(outlines: Outlines) -> list[Path]:
     return [_path(outlines[first : first + _AT_ONCE]) for first in range(0, len(outlines), _AT_ONCE)]
 
 
-def _path(outlines: Sequence[Places]) -> Path:
+def _path(outlines: Outlines) -> Path:
     vertices = np.concatenate(list(outlines))
     codes = np.full(len(vertices), Path.LINETO, Path.code_type)
     codes[np.cumsum([0, *(len(outline) for outline in outlines[:-1])])] = Path.MOVETO

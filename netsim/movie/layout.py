@@ -70,7 +70,7 @@ class Layout:
 
     def px(self, places_m: Places) -> Places:
         """Places on the map in pixels; shape (..., 2)."""
-        return (places_m - self.origin_m) * self.px_per_m + np.array([self.field.left, self.field.low])
+        return np.asarray((places_m - self.origin_m) * self.px_per_m + np.array([self.field.left, self.field.low]))
 
 
 def lay_out(cast: Cast, width_px: int, legend_rows: int) -> Layout:

@@ -9,13 +9,13 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.text import Text
 
 from netsim.movie import shapes
-from netsim.movie.cast import Cast
+from netsim.movie.cast import Cast, Places
 from netsim.movie.layout import ROW_FONTS, Layout
-from netsim.movie.look import Colour, Look, charge_colours
-from netsim.movie.state import CRASHED, DEAD, Moment
+from netsim.movie.look import Colour, Colours, Look, charge_colours
+from netsim.movie.scenery import sensor_colour, sensor_kinds
+from netsim.movie.state import CRASHED, DEAD
 from netsim.movie.story import Story
-from netsim.replay import style
-from netsim.replay.flying import ACKS, FIRST_KIND, INTERFERED, LOST, LOST_ACKS
+from netsim.replay.flying import ACKS, INTERFERED, LOST, LOST_ACKS
 
 _MARK_FONTS = 2.6  # width of the column of signs
 _MOST_KINDS = 8
@@ -67,8 +67,7 @@ def _map(story: Story, cast: Cast, look: Look) -> Iterator[Entry]:
         has_spread = any(len(told.covariance_m2) == 3 for each in moments for told in each.estimates.values())
         yield Entry("estimate, 2 sigma" if has_spread else "estimate", "estimate", [look.estimate])
     if any(each.beliefs for each in moments):
-        stops = [tuple(colour) for colour in look.cells(np.array([0.02, 0.3, 1.0])).tolist()]
-        yield Entry("belief: low to high", "discs", stops)
+        yield Entry("belief: low to high", "discs", _stops(look.cells(np.array([0.02, 0.3, 1.0]))))
     tracks = sorted({track for each in moments for track in (*each.particles, *each.groups)})[:3]
     colours = [look.track(track) for track in tracks]
     if any(each.particles for each in moments):
@@ -76,35 +75,36 @@ def _map(story: Story, cast: Cast, look: Look) -> Iterator[Entry]:
     if any(each.groups for each in moments):
         yield Entry("group of a track", "lines", colours)
     if len(cast.lines()[0]):
-        stops = [tuple(colour) for colour in look.links(np.array([0.0, 0.5, 1.0])).tolist()]
-        yield Entry("link: bad to good", "lines", stops)
+        yield Entry("link: bad to good", "lines", _stops(look.links(np.array([0.0, 0.5, 1.0]))))
 
 
 def _nodes(story: Story, cast: Cast, look: Look) -> Iterator[Entry]:
-    moments: Sequence[Moment] = story.moments
     battery = np.isfinite(np.asarray(cast.nodes.battery_j, float))
+    sinks = np.array([role == "sink" for role in cast.nodes.role])
     if battery.any():
-        stops = [tuple(colour) for colour in charge_colours(np.array([0.0, 0.5, 1.0])).tolist()]
-        yield Entry("battery: empty to full", "discs", stops)
-    roles = np.array([role == "sink" for role in cast.nodes.role])
-    if (~battery & ~roles).any():
+        yield Entry("battery: empty to full", "discs", _stops(charge_colours(np.array([0.0, 0.5, 1.0]))))
+    if (~battery & ~sinks).any():
         yield Entry("node on mains power", "discs", [look.roles[1]])
-    if roles.any():
+    if sinks.any():
         yield Entry("sink", "sink", [look.roles[0], look.sink_rim])
-    for kind, colour in style.SENSOR_COLOURS.items():
-        if kind in cast.measures.values() and cast.motion.is_still:
-            red, green, blue = (part / 255 for part in colour[:3])
-            yield Entry(f"{kind} sensor", "ring", [(red, green, blue, 1.0)])
-    if any(each.leaders for each in moments):
-        yield Entry("leader", "square", [look.leader])
-    if any((each.life == DEAD).any() for each in moments):
-        yield Entry("dead", "dead", [look.dead, look.soft])
-    if any((each.life == CRASHED).any() for each in moments):
-        yield Entry("crashed", "cross", [look.dead, look.crashed])
-    if any(each.struck for each in moments):
-        yield Entry("fault at work", "ring", [look.fault])
-    if any(each.jammers for each in moments):
-        yield Entry("jammer", "discs", [look.jammer])
+    for kind in sensor_kinds(cast):
+        yield Entry(f"{kind} sensor", "ring", [sensor_colour(kind)])
+    signs = [
+        (Entry("leader", "square", [look.leader]), any(each.leaders for each in story.moments)),
+        (Entry("dead", "dead", [look.dead, look.soft]), _ever(story, DEAD)),
+        (Entry("crashed", "cross", [look.dead, look.crashed]), _ever(story, CRASHED)),
+        (Entry("fault at work", "ring", [look.fault]), any(each.struck for each in story.moments)),
+        (Entry("jammer", "discs", [look.jammer]), any(each.jammers for each in story.moments)),
+    ]
+    yield from (entry for entry, is_there in signs if is_there)
+
+
+def _ever(story: Story, life: int) -> bool:
+    return any((each.life == life).any() for each in story.moments)
+
+
+def _stops(colours: Colours) -> list[Colour]:
+    return [(red, green, blue, alpha) for red, green, blue, alpha in colours.tolist()]
 
 
 def draw_legend(axes: Axes, layout: Layout, look: Look, legend: Sequence[Entry]) -> None:
@@ -128,7 +128,7 @@ def _shorten(text: Text, room_px: float) -> None:
         text.set_text(f"{words.rstrip()}…")
 
 
-def _draw_sign(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
+def _draw_sign(axes: Axes, entry: Entry, middle: Places, size: float) -> None:
     """A sign about six sizes wide and two high."""
     drawers = {"arrow": _arrow, "loss": _loss, "line": _lines, "lines": _lines}
     drawer = drawers.get(entry.sign, _discs if entry.sign in ("discs", "dots") else _outline)
@@ -136,7 +136,7 @@ def _draw_sign(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> Non
         drawer(axes, entry, middle, size)
 
 
-def _arrow(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
+def _arrow(axes: Axes, entry: Entry, middle: Places, size: float) -> None:
     half = np.array([2.6 * size, 0.0])
     width = 0.5 * size
     shaft, head = shapes.arrows((middle - half)[None], 2 * half[None], np.array([width]))
@@ -144,13 +144,13 @@ def _arrow(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
     axes.add_collection(PolyCollection(list(head), facecolors=entry.colours, edgecolors="none"))
 
 
-def _loss(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
+def _loss(axes: Axes, entry: Entry, middle: Places, size: float) -> None:
     half = np.array([2.0 * size, 0.0])
     strokes = [np.stack([middle - half, middle + half]), *shapes.crosses((middle + half)[None], 0.75 * size)]
     axes.add_collection(LineCollection(strokes, colors=entry.colours, linewidths=0.4 * size))
 
 
-def _lines(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
+def _lines(axes: Axes, entry: Entry, middle: Places, size: float) -> None:
     width = (0.25 if entry.sign == "line" else 0.42) * size
     step = 5.2 * size / len(entry.colours)
     lefts = [middle + np.array([-2.6 * size + number * step, 0.0]) for number in range(len(entry.colours))]
@@ -158,25 +158,25 @@ def _lines(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
     axes.add_collection(LineCollection(strips, colors=list(entry.colours), linewidths=width))
 
 
-def _discs(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
+def _discs(axes: Axes, entry: Entry, middle: Places, size: float) -> None:
     across = 1.9 * size * (np.arange(len(entry.colours)) - (len(entry.colours) - 1) / 2)
     diameter = (1.0 if entry.sign == "dots" else 1.7) * size
     places = middle + np.column_stack([across, np.zeros(len(across))])
-    axes.scatter(*places.T, s=diameter**2, c=list(entry.colours), linewidths=0)
+    axes.scatter(places[:, 0], places[:, 1], s=diameter**2, c=list(entry.colours), linewidths=0)
 
 
-def _outline(axes: Axes, entry: Entry, middle: np.ndarray, size: float) -> None:
+def _outline(axes: Axes, entry: Entry, middle: Places, size: float) -> None:
     one, colours = middle[None], list(entry.colours)
     if entry.sign in ("dead", "cross", "sink", "estimate"):
         edge = colours[1] if entry.sign in ("sink", "dead") else "none"
         diameter = 1.1 * size if entry.sign == "estimate" else 1.9 * size
-        axes.scatter(*one.T, s=diameter**2, color=[colours[0]], edgecolors=edge, linewidths=0.22 * size)
+        axes.scatter(one[:, 0], one[:, 1], s=diameter**2, color=[colours[0]], edgecolors=edge, linewidths=0.22 * size)
     strips = {
         "ring": lambda: shapes.circles(one, size),
         "square": lambda: shapes.squares(one, size),
         "diamond": lambda: shapes.diamonds(one, size),
         "cross": lambda: shapes.crosses(one, 0.75 * size),
-        "estimate": lambda: shapes.circles(one, 1.25 * size) * 1.0,
+        "estimate": lambda: shapes.circles(one, 1.25 * size),
     }
     if entry.sign in strips:
         width = (0.22 if entry.sign == "estimate" else 0.36) * size

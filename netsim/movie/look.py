@@ -109,7 +109,7 @@ LIGHT = Look(
     crashed=_c(28, 36, 48), leader=_c(28, 36, 48), target=_c(150, 70, 10), target_trail=_c(190, 140, 100, 210),
     estimate=_c(200, 0, 160), trail=_c(200, 0, 160, 150), fault=_c(225, 85, 0), jammer=_c(215, 25, 28, 130),
     lost=_c(140, 147, 158), collided=_c(215, 25, 28), acknowledgement=_c(120, 190, 165), kinds=_LIGHT_KINDS,
-    tracks=_LIGHT_KINDS, prr=(_c(245, 205, 200), _c(235, 228, 195), _c(200, 228, 208)),
+    tracks=_LIGHT_KINDS, prr=(_c(238, 180, 172), _c(228, 214, 150), _c(176, 214, 188)),
     belief=(_c(220, 217, 236, 90), _c(169, 163, 207, 170), _c(106, 95, 174, 205), _c(40, 24, 100, 225)),
     roles=(_c(30, 110, 210), _c(60, 150, 140)),
 )  # fmt: skip

@@ -9,6 +9,7 @@ from netsim.movie.cast import Cast
 from netsim.movie.ink import Areas, Drawn, Strokes
 from netsim.movie.layout import Layout
 from netsim.movie.look import Colour, Look
+from netsim.movie.scenery import node_radius_px
 from netsim.movie.story import Story
 from netsim.replay.flights import Rows
 from netsim.replay.flying import ACKS, FIRST_KIND, INTERFERED, LOST, LOST_ACKS, shafts
@@ -26,6 +27,7 @@ class Messages:
 
     def __init__(self, layout: Layout, look: Look, cast: Cast, story: Story) -> None:
         self._layout, self._look, self._cast, self._story = layout, look, cast, story
+        self._radius_m = node_radius_px(layout, cast) / layout.px_per_m
         self._size = layout.font_px * (_CROWDED if cast.size > _CROWDED_NODES else 1.0)
 
     def show(self, picture: int) -> Iterator[Drawn]:
@@ -35,7 +37,7 @@ class Messages:
                 yield from self._arrows(rows)
 
     def _arrows(self, rows: Rows) -> Iterator[Drawn]:
-        origins_m, vectors_m = shafts(self._cast.motion, self._cast.radius_m, rows)
+        origins_m, vectors_m = shafts(self._cast.motion, self._radius_m, rows)
         origins, vectors = self._layout.px(origins_m), vectors_m * self._layout.px_per_m
         colour, width = self._style(rows.layer, len(origins))
         if rows.layer >= FIRST_KIND:

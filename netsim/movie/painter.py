@@ -1,12 +1,14 @@
 """Draws the pictures of a movie one by one, in any order: what stays is drawn once, what moves on a copy of it."""
 
 import math
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from netsim.movie.actors import make_actors
@@ -44,9 +46,8 @@ class Painter:
         self.layout: Layout = lay_out(cast, width_px, len(legend))
         with mpl.rc_context():
             mpl.rcdefaults()
-            mpl.rcParams.update(RC)
-            self._figure, self._axes = _blank(self.layout, self._look)
-            self._canvas = FigureCanvasAgg(self._figure)
+            mpl.rcParams.update(dict[Any, Any](RC))
+            self._canvas, self._axes = _blank(self.layout, self._look)
             draw_scenery(self._axes, self.layout, self._look, cast)
             draw_title(self._axes, self.layout, self._look, title, story.reel)
             draw_legend(self._axes, self.layout, self._look, legend)
@@ -56,12 +57,12 @@ class Painter:
             self._clock = self._make_clock()
             self._bright = self._still(is_dim=False)
             self._still(is_dim=True)
-            self._ground = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[attr-defined]
+            self._ground = self._canvas.copy_from_bbox(self._canvas.figure.bbox)
 
     def paint(self, picture: int) -> Pixels:
         """The picture of a number."""
         moment = self._story.moments[picture]
-        self._canvas.restore_region(self._ground)  # type: ignore[attr-defined]
+        self._canvas.restore_region(self._ground)
         renderer = self._canvas.get_renderer()
         self._clock.set_text(self._time_text(moment.time_ns))
         artists: list[Drawn] = [artist for actor in self._below for artist in actor.show(moment)]
@@ -91,10 +92,15 @@ class Painter:
     def _copy(self) -> Pixels:
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
-    def _make_clock(self) -> mpl.text.Text:
+    def _make_clock(self) -> Text:
         layout, look = self.layout, self._look
         at = (layout.width_px - layout.font_px, layout.head_y)
-        style = {"size": 1.35 * layout.font_px, "color": look.ink, "ha": "right", "va": "center_baseline"}
+        style: dict[str, Any] = {
+            "size": 1.35 * layout.font_px,
+            "color": look.ink,
+            "ha": "right",
+            "va": "center_baseline",
+        }
         return self._axes.text(*at, "", animated=True, **style)
 
     def _time_text(self, time_ns: int) -> str:
@@ -103,12 +109,12 @@ class Painter:
         return f"{time_ns / 1e9:.{digits}f} s"
 
 
-def _blank(layout: Layout, look: Look) -> tuple[Figure, Axes]:
-    """A figure with one invisible frame, in which a unit is a pixel."""
+def _blank(layout: Layout, look: Look) -> tuple[Any, Axes]:
+    """The canvas of a figure with one invisible frame, in which a unit is a pixel."""
     figure = Figure(figsize=(layout.width_px / _DPI, layout.height_px / _DPI), dpi=_DPI, facecolor=look.ground)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
     axes.set_autoscale_on(False)
     axes.set_xlim(0.0, layout.width_px)
     axes.set_ylim(0.0, layout.height_px)
-    return figure, axes
+    return FigureCanvasAgg(figure), axes

@@ -1,5 +1,7 @@
 """What stays in a picture: field, scale, links, the kinds of sensors, title."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
@@ -7,7 +9,7 @@ from matplotlib.text import Text
 
 from netsim.movie.cast import Cast
 from netsim.movie.layout import Layout
-from netsim.movie.look import Look
+from netsim.movie.look import Colour, Look
 from netsim.movie.options import Reel
 from netsim.replay import style
 from netsim.replay.options import nice
@@ -16,7 +18,7 @@ NAME_DROP = 1.6
 """Node radii from a node to its name."""
 _MOST_NAMES = 64
 _RADII_APART = 8.0  # node radii between neighbours
-_LEAST_RADIUS = 0.22  # of a node, in heights of the font
+_RADIUS_FONTS = (0.22, 0.95)  # least and greatest radius of a node, in heights of the font
 _SENSOR_RIM = 1.5  # node radii
 _SCALE_SHARE = 0.25  # of the map's width, at most
 
@@ -32,8 +34,8 @@ def draw_scenery(axes: Axes, layout: Layout, look: Look, cast: Cast) -> None:
     if len(pairs):
         segments = list(layout.px(cast.motion.start)[pairs])
         axes.add_collection(LineCollection(segments, colors=look.links(prr), linewidths=0.09 * layout.font_px))
+    _draw_sensors(axes, layout, cast)
     if cast.motion.is_still:
-        _draw_sensors(axes, layout, cast)
         draw_names(axes, layout, look, cast)
     _draw_scale(axes, layout, look)
 
@@ -53,14 +55,15 @@ def pace_text(speed: float) -> str:
     if 0.995 <= speed < 1.005:
         return "real time"
     if speed > 1.0:
-        return f"{speed:.3g} times real time"
+        return f"{speed:.2g} times real time" if speed < 10.0 else f"{speed:.0f} times real time"
     slow = 1.0 / speed
     return f"1/{round(slow)} of real time" if slow > 9.5 else f"{speed:.2g} of real time"
 
 
 def node_radius_px(layout: Layout, cast: Cast) -> float:
     """Radius of a node in pixels."""
-    return max(cast.radius_m * layout.px_per_m, _LEAST_RADIUS * layout.font_px)
+    least, most = _RADIUS_FONTS
+    return float(np.clip(cast.radius_m * layout.px_per_m, least * layout.font_px, most * layout.font_px))
 
 
 def draw_names(axes: Axes, layout: Layout, look: Look, cast: Cast) -> list[Text]:
@@ -70,17 +73,31 @@ def draw_names(axes: Axes, layout: Layout, look: Look, cast: Cast) -> list[Text]
     longest = max(len(name) for name in cast.nodes.name)
     if cast.size > _MOST_NAMES or apart < (0.62 * longest + 1.0) * size:
         return []
-    named = {"size": size, "color": look.soft, "ha": "center", "va": "top"}
+    named: dict[str, Any] = {"size": size, "color": look.soft, "ha": "center", "va": "top"}
     places = layout.px(cast.motion.start)
-    return [axes.text(x, y - NAME_DROP * radius, name, **named) for name, (x, y) in zip(cast.nodes.name, places, strict=True)]
+    return [
+        axes.text(x, y - NAME_DROP * radius, name, **named)
+        for name, (x, y) in zip(cast.nodes.name, places, strict=True)
+    ]
+
+
+def sensor_kinds(cast: Cast) -> list[str]:
+    """What sensors measure, where they do not move."""
+    return [kind for kind in style.SENSOR_COLOURS if cast.motion.is_still and kind in cast.measures.values()]
+
+
+def sensor_colour(kind: str) -> Colour:
+    """The colour of the rim of sensors that measure this."""
+    red, green, blue, _ = style.SENSOR_COLOURS[kind]
+    return red / 255, green / 255, blue / 255, 1.0
 
 
 def _draw_sensors(axes: Axes, layout: Layout, cast: Cast) -> None:
-    for kind, colour in style.SENSOR_COLOURS.items():
+    for kind in sensor_kinds(cast):
         rows = cast.rows(np.array([node for node, what in cast.measures.items() if what == kind], np.int64))
         places = layout.px(cast.motion.start[rows[rows >= 0]])
-        diameter = 2 * _SENSOR_RIM * cast.radius_m * layout.px_per_m
-        axes.scatter(*places.T, s=diameter**2, c=[tuple(part / 255 for part in colour)], linewidths=0)
+        diameter = 2 * _SENSOR_RIM * node_radius_px(layout, cast)
+        axes.scatter(places[:, 0], places[:, 1], s=diameter**2, color=[sensor_colour(kind)], linewidths=0)
 
 
 def _draw_scale(axes: Axes, layout: Layout, look: Look) -> None:
@@ -91,5 +108,5 @@ def _draw_scale(axes: Axes, layout: Layout, look: Look) -> None:
     x, y = box.right, box.low - 0.75 * font
     bar = [[(x - length, y + 0.3 * font), (x - length, y), (x, y), (x, y + 0.3 * font)]]
     axes.add_collection(LineCollection(bar, colors=[look.soft], linewidths=1.0))
-    text = {"size": 0.85 * font, "color": look.soft, "ha": "right", "va": "center_baseline"}
+    text: dict[str, Any] = {"size": 0.85 * font, "color": look.soft, "ha": "right", "va": "center_baseline"}
     axes.text(x - length - 0.5 * font, y, f"{length_m:g} m", **text)

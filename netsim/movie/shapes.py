@@ -35,7 +35,8 @@ def diamonds(middles: Places, half: float) -> Places:
 def crosses(middles: Places, half: NDArray[np.float64] | float) -> Places:
     """Two strokes each; shape (2 n, 2, 2)."""
     halves = np.broadcast_to(half, len(middles))
-    return (middles[:, None, None] + halves[:, None, None, None] * _CROSS).reshape(-1, 2, 2)
+    strokes: Places = (middles[:, None, None] + halves[:, None, None, None] * _CROSS).reshape(-1, 2, 2)
+    return strokes
 
 
 def ellipse_m(x_m: float, y_m: float, covariance_m2: NDArray[np.float64]) -> Places:
@@ -43,7 +44,8 @@ def ellipse_m(x_m: float, y_m: float, covariance_m2: NDArray[np.float64]) -> Pla
     xx, xy, yy = covariance_m2
     values, vectors = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))
     axes = vectors * np.sqrt(np.maximum(values, 0.0))
-    return np.array([x_m, y_m]) + _SIGMAS * _CIRCLE @ axes.T
+    outline: Places = np.array([x_m, y_m]) + _SIGMAS * _CIRCLE @ axes.T
+    return outline
 
 
 def hull(places: Places, margin: float) -> Places:

@@ -57,7 +57,9 @@ class Strip:
         box, font, look = self._box, self._font, self._look
         corners = [(box.left, box.low), (box.right, box.low), (box.right, box.high), (box.left, box.high)]
         axes.add_collection(PolyCollection([corners], facecolors=[look.strip], edgecolors="none"))
-        axes.text(box.left, box.high + 0.35 * font, "messages per second", size=0.85 * font, color=look.soft, va="bottom")
+        axes.text(
+            box.left, box.high + 0.35 * font, "messages per second", size=0.85 * font, color=look.soft, va="bottom"
+        )
         reel = self._story.reel
         for time_s in _ticks(reel.start_ns / 1e9, reel.end_ns / 1e9, max(2, int(box.width / (7 * font)))):
             x = self.x(round(time_s * 1e9))
