@@ -1,7 +1,6 @@
 """Animated GIF: one palette for all pictures, and of each picture only what differs from the one before."""
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
@@ -35,20 +34,25 @@ class Palette:
         if len(colours) > _COLOURS:
             colours = _reduced(colours, counts)
         self.colours: NDArray[np.uint8] = colours
+        self._tree = cKDTree(colours.astype(float))
+        self._nearest = np.full(1 << 3 * _BITS, -1, np.int16)  # by cell of the colour cube, filled when met
 
     def indices(self, pixels: Pixels) -> Indices:
         """The nearest colour of each pixel, up to two bits a channel; shape (height, width)."""
         wide = (pixels >> (8 - _BITS)).astype(np.int32)
-        found: Indices = self._table[(wide[..., 0] << 2 * _BITS) | (wide[..., 1] << _BITS) | wide[..., 2]]
-        return found
+        codes = (wide[..., 0] << 2 * _BITS) | (wide[..., 1] << _BITS) | wide[..., 2]
+        found = self._nearest[codes]
+        if (found < 0).any():
+            self._look_up(np.unique(codes[found < 0]))
+            found = self._nearest[codes]
+        return np.asarray(found, np.uint8)
 
-    @cached_property
-    def _table(self) -> Indices:
-        step = 1 << (8 - _BITS)
-        axis = np.arange(1 << _BITS) * step + step / 2 - 0.5
-        grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        nearest = cKDTree(self.colours.astype(float)).query(grid)[1]
-        return np.asarray(nearest, np.uint8)
+    def _look_up(self, codes: NDArray[np.int32]) -> None:
+        """Note the colours nearest to the middles of some cells of the colour cube."""
+        highest = (1 << _BITS) - 1
+        cells = np.stack([codes >> 2 * _BITS, (codes >> _BITS) & highest, codes & highest], axis=1)
+        middles = (cells + 0.5) * (1 << (8 - _BITS)) - 0.5
+        self._nearest[codes] = self._tree.query(middles)[1]
 
 
 def _counted(samples: Sequence[Pixels]) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
