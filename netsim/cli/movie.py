@@ -8,30 +8,54 @@ from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemaini
 
 from netsim.cli.console import counted, say
 from netsim.cli.watching import progress_bar
+from netsim.errors import ScenarioError
 from netsim.movie import Movie, MovieOptions, Progress, check_movie, write_movie
 from netsim.replay import ReplayOptions
 
 _KIB = 1024
 
 
+def check_movies(gif: Path | None, mp4: Path | None, *, force: bool) -> None:
+    """Refuse places for movies before anything is made.
+
+    Raises:
+        ScenarioError: If a name has not the ending of its option, its folder does not exist, or there is a file of that
+            name that may not be replaced.
+        NetsimError: If the encoder of MP4 is missing.
+    """
+    for option, path in (("gif", gif), ("mp4", mp4)):
+        if path is not None:
+            if path.suffix.lower() != f".{option}":
+                message = f"--{option} {path}: expected a name that ends in .{option}"
+                raise ScenarioError(message)
+            check_movie(path, force=force)
+
+
 def movie_command(
-    trace: Path, outputs: list[Path], options: ReplayOptions, look: MovieOptions, *, force: bool = False
+    trace: Path,
+    gif: Path | None,
+    mp4: Path | None,
+    options: ReplayOptions,
+    look: MovieOptions,
+    *,
+    force: bool = False,
 ) -> None:
-    """Make movies of a trace, each named by its ending, and say what they are.
+    """Make movies of a trace and say what they are.
 
     Args:
         trace: The trace.
-        outputs: Where, with names that end in `.gif` or `.mp4`.
+        gif: Where an animated GIF goes, if one is asked for.
+        mp4: Where an MP4 goes, if one is asked for.
         options: Window, pace, message kinds and nodes.
         look: Size, length, colours.
         force: Whether files of those names may be replaced.
     """
-    for path in outputs:
-        check_movie(path, force=force)
-    for path in outputs:
-        with _shown(path) as progress:
-            movie = write_movie(trace, path, options, look, force=force, progress=progress)
-        say(_told(movie))
+    check_movies(gif, mp4, force=force)
+    for path in (gif, mp4):
+        if path is not None:
+            with _shown(path) as progress:
+                movie = write_movie(trace, path, options, look, force=force, progress=progress)
+            say(_told(movie))
 
 
 def _told(movie: Movie) -> str:

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.text import Text
 
 from netsim.movie import shapes
 from netsim.movie.cast import Cast, Places
 from netsim.movie.layout import ROW_FONTS, Layout
 from netsim.movie.look import Colour, Colours, Look, charge_colours
-from netsim.movie.scenery import sensor_colour, sensor_kinds
+from netsim.movie.scenery import sensor_colour, sensor_kinds, shorten
 from netsim.movie.state import CRASHED, DEAD
 from netsim.movie.story import Story
 from netsim.replay.flying import ACKS, INTERFERED, LOST, LOST_ACKS
@@ -116,16 +115,8 @@ def draw_legend(axes: Axes, layout: Layout, look: Look, legend: Sequence[Entry])
         x = box.left + (0.0 if headline else _MARK_FONTS * font)
         colour = look.soft if headline else look.ink
         text = axes.text(x, y, entry.label, size=0.92 * font, color=colour, va="center_baseline")
-        _shorten(text, box.right - x)
+        shorten(text, box.right - x)
         _draw_sign(axes, entry, np.array([box.left + 0.42 * _MARK_FONTS * font, y]), 0.36 * font)
-
-
-def _shorten(text: Text, room_px: float) -> None:
-    """End a label that is too wide in an ellipsis."""
-    words = text.get_text()
-    while words and text.get_window_extent().width > room_px:
-        words = words[:-1]
-        text.set_text(f"{words.rstrip()}…")
 
 
 def _draw_sign(axes: Axes, entry: Entry, middle: Places, size: float) -> None:

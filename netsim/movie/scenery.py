@@ -14,6 +14,7 @@ from netsim.movie.options import Reel
 from netsim.replay import style
 from netsim.replay.options import nice
 
+_CLOCK_FONTS = 22.0  # beside the title for pace and time
 NAME_DROP = 1.6
 """Node radii from a node to its name."""
 _MOST_NAMES = 64
@@ -46,8 +47,17 @@ def draw_title(axes: Axes, layout: Layout, look: Look, title: str, reel: Reel) -
     name = axes.text(
         font, layout.head_y, title, size=1.35 * font, color=look.ink, weight="bold", va="center_baseline"
     )  # fmt: skip
+    shorten(name, layout.width_px - _CLOCK_FONTS * font)
     x = name.get_window_extent().x1 + 1.1 * font
     axes.text(x, layout.head_y, pace_text(reel.speed), size=0.92 * font, color=look.soft, va="center_baseline")
+
+
+def shorten(text: Text, room_px: float) -> None:
+    """End a text that is too wide in an ellipsis."""
+    words = text.get_text()
+    while words and text.get_window_extent().width > room_px:
+        words = words[:-1]
+        text.set_text(f"{words.rstrip()}…")
 
 
 def pace_text(speed: float) -> str:

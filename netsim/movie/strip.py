@@ -64,7 +64,8 @@ class Strip:
         for time_s in _ticks(reel.start_ns / 1e9, reel.end_ns / 1e9, max(2, int(box.width / (7 * font)))):
             x = self.x(round(time_s * 1e9))
             label = f"{time_s:g} s"
-            axes.text(x, box.low - 0.35 * font, label, size=0.85 * font, color=look.soft, va="top", ha="center")
+            side = "right" if x > box.right - font else "center"
+            axes.text(x, box.low - 0.35 * font, label, size=0.85 * font, color=look.soft, va="top", ha=side)
         for rate in _ticks(0.0, self._most, 2)[1:]:
             y = box.low + box.height * rate / self._most
             line = LineCollection([[(box.left, y), (box.right, y)]], colors=[look.field], linewidths=0.6)

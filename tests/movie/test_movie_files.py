@@ -133,11 +133,16 @@ def test_an_interrupted_movie_leaves_nothing_and_spares_what_was_there(trace, tm
 
 def test_the_command_says_what_it_wrote(trace, tmp_path, capsys):
     path = tmp_path / "m.gif"
-    movie_command(trace, [path], ReplayOptions(), LOOK)
+    movie_command(trace, path, None, ReplayOptions(), LOOK)
     said = capsys.readouterr().out
     assert said.startswith(f"wrote {path}: 320 x ")
     assert "1.5 s, 12 pictures, " in said
     assert "KiB" in said
+
+
+def test_the_command_wants_the_ending_of_the_option(trace, tmp_path):
+    with pytest.raises(ScenarioError, match=r"--gif .*m\.mp4: expected a name that ends in \.gif"):
+        movie_command(trace, tmp_path / "m.mp4", None, ReplayOptions(), LOOK)
 
 
 def test_a_movie_needs_no_rerun(trace, tmp_path):
