@@ -13,6 +13,7 @@ from netsim.movie import Movie, MovieOptions, Progress, check_movie, write_movie
 from netsim.replay import ReplayOptions
 
 _KIB = 1024
+_LARGE_BYTE = 8 * _KIB * _KIB
 
 
 def check_movies(gif: Path | None, mp4: Path | None, *, force: bool) -> None:
@@ -60,7 +61,10 @@ def movie_command(
 
 def _told(movie: Movie) -> str:
     size = f"{movie.width_px} x {movie.height_px} pixels, {movie.seconds:.1f} s, {counted(movie.pictures, 'picture')}"
-    return f"wrote {movie.path}: {size}, {_bytes(movie.size_byte)}"
+    said = f"wrote {movie.path}: {size}, {_bytes(movie.size_byte)}"
+    if movie.path.suffix.lower() == ".gif" and movie.size_byte > _LARGE_BYTE:
+        said += "; an MP4 is smaller, as is a GIF with less --width, --fps, --seconds, or fewer --kinds"
+    return said
 
 
 def _bytes(size_byte: int) -> str:

@@ -8,6 +8,9 @@ from pathlib import Path
 from netsim.errors import NetsimError
 from netsim.movie.painter import Pixels
 
+_PIXELS = "yuv420p"
+# Colours as in high definition (ITU-R BT.709, limited range), and told in the file: players guess otherwise.
+_BT_709, _LIMITED = 1, 1
 _OPTIONS = {"crf": "20", "preset": "medium", "threads": "1", "tune": "animation"}
 
 
@@ -40,9 +43,14 @@ def write_mp4(path: Path, pictures: Iterable[Pixels], size: tuple[int, int], fps
     try:
         with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
             stream = container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1000), options=_OPTIONS)
-            stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+            stream.width, stream.height, stream.pix_fmt = *size, _PIXELS
+            context = stream.codec_context
+            context.colorspace = context.color_primaries = context.color_trc = _BT_709
+            context.color_range = _LIMITED
             for pixels in pictures:
-                container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
+                frame = av.VideoFrame.from_ndarray(pixels, format="rgb24")
+                told = frame.reformat(format=_PIXELS, dst_colorspace=_BT_709, dst_color_range=_LIMITED)
+                container.mux(stream.encode(told))
             container.mux(stream.encode())
     except av.error.FFmpegError as error:
         msg = f"{path}: cannot write the movie: {error.strerror}"

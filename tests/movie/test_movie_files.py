@@ -83,9 +83,11 @@ def test_an_mp4_is_h264_that_all_players_take(trace, tmp_path):
         pictures = [each.to_ndarray(format="rgb24") for each in container.decode(stream)]
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
         assert stream.average_rate == 8
+        assert stream.codec_context.colorspace == 1  # BT.709
     assert len(pictures) == movie.pictures == 12
     assert pictures[0].shape == (movie.height_px, movie.width_px, 3)
     assert movie.height_px % 2 == movie.width_px % 2 == 0
+    assert pictures[0][2, 2] == pytest.approx([13, 16, 20], abs=4)
 
 
 def test_without_the_encoder_it_is_said_how_to_get_it(trace, tmp_path, monkeypatch):
