@@ -110,6 +110,10 @@ def replay(
     graph: Annotated[
         bool, typer.Option("--graph", help="Open with the graphical model and its messages in front, not the map.")
     ] = False,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Watch a run that is still going (it is shown as its trace grows, by some 4 MB)."),
+    ] = False,
     debug: Debug = False,
 ) -> None:
     """Watch a run in Rerun: the map with its messages, energy, rounds, radio states and log.
@@ -118,7 +122,7 @@ def replay(
     """
     from netsim.cli.replay import Sinks, replay_command
 
-    replay_command(trace, start, end, kinds, nodes, speed, hold, Sinks(save, serve, screenshot, at, graph))
+    replay_command(trace, start, end, kinds, nodes, speed, hold, Sinks(save, serve, screenshot, at, graph, live))
 
 
 @app.command()

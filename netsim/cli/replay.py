@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from netsim.cli.console import say, tell
+from netsim.cli.live import live_command
 from netsim.errors import ScenarioError, TraceError
 from netsim.flow.load import load_flow
 from netsim.replay import ReplayOptions, check_window, node_ids, save, screenshot, serve, view
@@ -24,6 +25,7 @@ class Sinks:
         screenshot: A picture to write.
         at_s: The picture's instant.
         graph: Have the graphical model in front, not the map.
+        live: Watch a run that is still going.
     """
 
     save: Path | None
@@ -31,6 +33,7 @@ class Sinks:
     screenshot: Path | None
     at_s: float | None
     graph: bool = False
+    live: bool = False
 
 
 def trace_file(given: Path, *, with_events: bool = True) -> Path:
@@ -85,13 +88,19 @@ def replay_command(
     sinks: Sinks,
 ) -> None:
     """Convert a trace and send it where the user wants it."""
+    if sinks.live:
+        options = ReplayOptions(start_s=start_s, end_s=end_s, speed=speed, hold_s=hold_s, kinds=names(kinds))
+        _check(options, sinks)
+        _check_live(sinks)
+        live_command(given, options, nodes, serve=sinks.serve)
+        return
     trace = trace_file(given)
     options = ReplayOptions(
         start_s=start_s,
         end_s=end_s,
         speed=speed,
         hold_s=hold_s,
-        kinds=None if kinds is None else frozenset(part.strip() for part in kinds.split(",")),
+        kinds=names(kinds),
         nodes=None if nodes is None else node_ids(trace, [part.strip() for part in nodes.split(",")]),
         graph=sinks.graph,
     )
@@ -110,6 +119,18 @@ def replay_command(
         serve(trace, options, announce=lambda address: tell(f"open {address} in a browser; Ctrl-C ends"))
     elif sinks.save is None and sinks.screenshot is None:
         view(trace, options)
+
+
+def names(given: str | None) -> frozenset[str] | None:
+    """What a list with commas names."""
+    return None if given is None else frozenset(part.strip() for part in given.split(","))
+
+
+def _check_live(sinks: Sinks) -> None:
+    for option, given in (("--save", sinks.save), ("--screenshot", sinks.screenshot), ("--graph", sinks.graph)):
+        if given:
+            message = f"{option}: expected a finished run, got --live; leave out one of the two"
+            raise ScenarioError(message)
 
 
 def _check(options: ReplayOptions, sinks: Sinks) -> None:

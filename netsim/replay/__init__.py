@@ -15,6 +15,7 @@ from netsim.replay.options import ReplayOptions
 __all__ = [
     "ReplayOptions",
     "check_window",
+    "live",
     "node_ids",
     "save",
     "screenshot",
@@ -25,8 +26,8 @@ __all__ = [
 
 _SIZE = (1400, 900)
 _RECORDING_MAGIC = b"RRF"
-# Rerun logs by itself; that a trace was cut short is told by our reader already.
-os.environ.setdefault("RUST_LOG", "warn,re_mcap=error")
+# Rerun logs by itself; that a trace was cut short is told by our reader already, that a viewer is gone by our errors.
+os.environ.setdefault("RUST_LOG", "warn,re_mcap=error,re_grpc_client=off,re_sdk=off")
 
 
 def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None = None) -> None:
@@ -79,6 +80,30 @@ def serve(
 
     with tempfile.TemporaryDirectory(prefix="netsim-replay-") as folder:
         serve_recording(_saved(Path(trace), Path(folder), options), announce)
+
+
+def live(
+    trace: Path | str,
+    options: ReplayOptions | None = None,
+    *,
+    announce: Callable[[str], None] | None = None,
+    told: Callable[[int, bool], None] = lambda shown_ns, is_over: None,
+) -> None:
+    """Show a run while it is going; returns when the viewer is closed.
+
+    Args:
+        trace: Where the finished trace will be; before, it is read under its partial name.
+        options: What to show.
+        announce: Serve to browsers of this machine, and call this with the address to open; None for the screen.
+        told: Called after each look with how far the run is shown (simulated ns), and whether it is over.
+
+    Raises:
+        TraceError: If the trace cannot be read, is damaged or names no nodes.
+        NetsimError: If the viewer fails, for instance without a screen.
+    """
+    from netsim.replay.live import watch
+
+    watch(Path(trace), options or ReplayOptions(), announce, told)
 
 
 def screenshot(

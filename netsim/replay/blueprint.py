@@ -24,8 +24,8 @@ _LOG = 203.0
 
 _SHOWN_LEVELS = ["INFO", "WARN", "ERROR", "CRITICAL"]  # the others can be chosen in the viewer
 
-_BARS_SHARE = 0.7  # height of the identity bars to that of a curve
-_NAMED_TRACKS = 8
+_BAR, _BARS_FRAME = 34.0, 40.0
+_MOST_BARS = 8
 
 Ranges = tuple[tuple[float, float], tuple[float, float]]
 View = rrb.View | rrb.Tabs
@@ -73,7 +73,7 @@ class Contents:
         clocks: Title of the curves of the clocks' errors.
         lanes: Entities of the radio time line, the most important first.
         left: Map and graph.
-        identities: Numbers of the tracks that have identity bars.
+        identities: Ranges of x and y of the bars of who is who, if there are any.
     """
 
     present: Collection[str]
@@ -81,15 +81,16 @@ class Contents:
     clocks: str
     lanes: Sequence[str]
     left: Left
-    identities: Sequence[int] = ()
+    identities: Ranges | None = None
 
 
-def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
+def make_blueprint(contents: Contents, pace: Pace, *, follow: bool = False) -> rrb.Blueprint:
     """The layout for what a trace has.
 
     Args:
         contents: What there is.
         pace: Window and playback speed.
+        follow: Whether the cursor keeps to the end while more comes.
     """
     right = [*_curve_rows(contents, pace)]
     if contents.lanes:
@@ -102,7 +103,11 @@ def make_blueprint(contents: Contents, pace: Pace) -> rrb.Blueprint:
         column_shares=[3, 2],
     )  # fmt: skip
     time_panel = rrb.TimePanel(
-        state="collapsed", timeline=TIMELINE, playback_speed=pace.speed, play_state="paused", loop_mode="off"
+        state="collapsed",
+        timeline=TIMELINE,
+        playback_speed=pace.speed,
+        play_state="following" if follow else "paused",
+        loop_mode="off",
     )
     panels = (rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed"))
     return rrb.Blueprint(layout, *panels, time_panel, auto_layout=False, auto_views=False)
@@ -119,12 +124,21 @@ def _log_height(contents: Contents) -> float:
 def _curve_rows(contents: Contents, pace: Pace) -> list[tuple[View, float]]:
     """What suits the algorithm above what suits every run; all in one place where radio lanes need the room."""
     own: list[View] = [_series(curve, pace) for curve in _own(contents)]
-    bars: list[View] = [_bars(contents.identities)] if contents.identities else []
     common: list[View] = [_series(curve, pace) for curve in _common(contents) if curve.origin in contents.present]
     height = _RIGHT_SIDE - _lanes_height(contents) - _log_height(contents)
-    rows = [[*own, *bars, *common]] if contents.lanes else [row for row in (own, bars, common) if row]
-    weights = [_BARS_SHARE if row is bars else 1.0 for row in rows]
-    return [(_tabs(row), height * weight / sum(weights)) for row, weight in zip(rows, weights, strict=True) if row]
+    bars = [] if contents.identities is None else [(_bars(contents.identities), _bars_height(contents.identities))]
+    if contents.lanes:
+        views = [*own, *(view for view, _ in bars), *common]
+        return [(_tabs(views), height)] if views else []
+    rows = [row for row in (own, common) if row]
+    each = (height - sum(share for _, share in bars)) / max(1, len(rows))
+    curves = [(_tabs(row), each) for row in rows]
+    return [*curves[:1], *bars, *curves[1:]]
+
+
+def _bars_height(bounds: Ranges) -> float:
+    top, bottom = bounds[1]
+    return _BARS_FRAME + _BAR * min(_MOST_BARS, bottom - top)
 
 
 def _left(left: Left) -> rrb.Spatial2DView | rrb.Tabs:
@@ -183,10 +197,8 @@ def _series(curve: Curve, pace: Pace) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(origin=curve.origin, name=curve.name, plot_legend=legend, axis_x=axis)
 
 
-def _bars(tracks: Sequence[int]) -> rrb.BarChartView:
-    named = ", ".join(map(str, tracks[:_NAMED_TRACKS])) + (", ..." if len(tracks) > _NAMED_TRACKS else "")
-    legend = rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=True)
-    return rrb.BarChartView(origin="/identity", name=f"Who is who: tracks {named} from left", plot_legend=legend)
+def _bars(bounds: Ranges) -> rrb.Spatial2DView:
+    return _plane("/identity", "Who is who: how probable each target is, in its colour", bounds)
 
 
 def _tabs(views: Sequence[View]) -> View:

@@ -1,6 +1,6 @@
 """From a trace to a Rerun recording, in one pass over the file; between batches only what is in the air is kept."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -45,15 +45,24 @@ _LEAD_NS = 1_000_000_000  # frames are recorded at their end, so those of the fi
 
 
 class Conversion:
-    """One trace on its way into one recording."""
+    """One trace, or a window of it, on its way into a recording.
 
-    def __init__(self, trace: Path, options: ReplayOptions) -> None:
+    Args:
+        trace: The trace.
+        options: What to show.
+        pace: Window and steps; None to decide them by the options and the length of the trace.
+        kinds: Message kinds that have their colours already.
+    """
+
+    def __init__(
+        self, trace: Path, options: ReplayOptions, pace: Pace | None = None, kinds: Kinds | None = None
+    ) -> None:
         self.trace = trace
         self.scene: Scene = load_scene(trace)
         last_ns = last_time_ns(trace)
-        self.pace: Pace = decide(options, last_ns)
+        self.pace: Pace = pace or decide(options, last_ns)
         drained = _drained(trace, self.scene, last_ns)
-        self._setting = _setting(self.scene, self.pace, options, drained)
+        self._setting = _setting(self.scene, self.pace, options, drained, kinds or Kinds(options.kinds))
         self._energy = EnergyTrack(self._setting)
         self._frames = FrameTrack(self._setting)
         self._clocks = ClockTrack(self._setting)
@@ -67,14 +76,25 @@ class Conversion:
 
     def run(self, recording: rr.RecordingStream) -> None:
         """Send everything, legend and layout last, when it is known what there is to show."""
+        recording.send_blueprint(make_blueprint(self.send(recording), self.pace))
+
+    def send(self, recording: rr.RecordingStream, present: Collection[str] = ()) -> Contents:
+        """Send everything but the layout.
+
+        Args:
+            recording: Where it goes.
+            present: Entities that it has data of already.
+
+        Returns:
+            What there is to lay out.
+        """
+        self._present |= set(present)
         rr.send_chunks(self._noted(), recording=recording)
         legend = rows_of(marks(self.scene, self._frames.met(), self._present))
         rr.send_chunks(legend_chunks(self.scene, legend), recording=recording)
         lanes = self._lanes.busiest() if self._lanes else []
-        bounds = self.scene.bounds(len(legend))
-        left = Left(bounds, self._flow.bounds, self._setting.options.graph)
-        contents = Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left, self._identities.tracks)
-        recording.send_blueprint(make_blueprint(contents, self.pace))
+        left = Left(self.scene.bounds(len(legend)), self._flow.bounds, self._setting.options.graph)
+        return Contents(self._present, self._energy.plot(), self._clocks.name, lanes, left, self._identities.bounds)
 
     def _noted(self) -> Iterator[Chunk]:
         for chunk in self._chunks():
@@ -142,10 +162,10 @@ def _drained(trace: Path, scene: Scene, last_ns: int) -> bool:
     return fraction <= 1.0 - _WORTH_A_PLOT
 
 
-def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool) -> Setting:
+def _setting(scene: Scene, pace: Pace, options: ReplayOptions, drained: bool, kinds: Kinds) -> Setting:
     ids = np.asarray(scene.nodes.node)
     shown = np.ones(len(ids), bool) if options.nodes is None else np.isin(ids, list(options.nodes))
-    return Setting(scene, pace, options, Kinds(options.kinds), shown, drained)
+    return Setting(scene, pace, options, kinds, shown, drained)
 
 
 def _tracks(setting: Setting) -> list[Track]:

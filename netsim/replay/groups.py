@@ -69,7 +69,7 @@ class GroupTrack:
         for shown in hulls.values():
             instants = sorted(shown)
             for time_ns, after_ns in zip(instants, [*instants[1:], self._pace.end_ns], strict=True):
-                if time_ns + HOLD_NS < after_ns:
+                if len(shown[time_ns][0]) and time_ns + HOLD_NS < after_ns:
                     shown[time_ns + HOLD_NS] = _GONE, 0.0
         return {track: shown for track, shown in hulls.items() if any(len(outline) for outline, _ in shown.values())}
 

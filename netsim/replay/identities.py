@@ -1,75 +1,126 @@
-"""Identity bars: of each track, how probable it is that it follows each target."""
+"""Who is who: for each track a bar of how probable it is to follow each target, in the targets' colours."""
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 import numpy as np
-import pyarrow as pa
 import rerun as rr
 from numpy.typing import NDArray
 from rerun.chunk import Chunk
 
 from netsim.replay import style
+from netsim.replay.scene import static
 from netsim.replay.source import Batch
+from netsim.replay.standing import standing
 from netsim.replay.track import Setting, timed
 from netsim.trace.events import Identity
 
-_MOST_BARS = 100
-_ROOM = 1.4
+_BARS, _TEXT = "/identity/bars", "/identity/text"
+_LONG = 16.0
+"""Length of a bar, in rows; it begins at 0."""
+_COLUMNS, _LINES = 200, 4
+"""Pixels of a bar: half a percent each; the uppermost line of a row is blank."""
+_NAME_AT = -1.6
+_LABEL_RISE = 0.32
+"""Rerun hangs a label below its place; the places are so much above the middles of the bars."""
+_LEAST_LABELLED = 0.08
+"""Shorter parts of a bar have no room for their number."""
+
+Row = tuple[float, ...]
+Bars = Mapping[int, tuple[int, Row]]
+"""Track -> its place from the top, and the probability of each target."""
+Ranges = tuple[tuple[float, float], tuple[float, float]]
+Label = tuple[tuple[float, float], style.Rgba, str]
 
 
 class IdentityTrack:
-    """Side by side a group of bars a track, in each a bar a target; the latest word of whoever leads the track."""
+    """One bar a track, from the top in the order in which they began; the place of one that is over is free again."""
 
     topics = (Identity.topic,)
     past = True
 
     def __init__(self, setting: Setting) -> None:
-        self._start_ns = setting.pace.start_ns
-        self._told: list[tuple[int, int, NDArray[np.float64]]] = []
-        """Instant, track, probability by target."""
-        self.tracks: list[int] = []
-        """Numbers of the tracks in the order of their groups; known at the end."""
+        self._pace = setting.pace
+        self._told: list[tuple[int, int, Row]] = []
+        self.rows = 0
+        """How many bars there are at most at a time; known at the end."""
+
+    @property
+    def bounds(self) -> Ranges | None:
+        """Ranges of x and y of the view; None where there is nothing to show."""
+        if not self.rows:
+            return None
+        return (2.0 * _NAME_AT, _LONG + 0.5), (0.0, self.rows + 0.3)
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
-        """Keep them; how many bars there are is known at the end."""
+        """Keep them; what stands when is known at the end."""
         chances, lengths = batch.rows("probability")
-        rows = np.split(chances, np.cumsum(lengths)[:-1])
-        self._told += zip(batch.time_ns.tolist(), batch.numbers("track").tolist(), rows, strict=True)
+        each = np.split(chances, np.cumsum(lengths)[:-1])
+        for time_ns, track, row in zip(batch.time_ns.tolist(), batch.numbers("track").tolist(), each, strict=True):
+            self._told.append((time_ns, track, tuple(row.tolist())))
         yield from ()
 
     def finish(self) -> Iterator[Chunk]:
-        """One entity a target."""
-        tracks = sorted({track for _, track, _ in self._told})
-        targets = max((len(row) for *_, row in self._told), default=0)
-        if targets < 2 or len(tracks) * targets > _MOST_BARS:
+        """All bars at each instant."""
+        shown = _placed(standing(self._told, self._pace))
+        self.rows = 1 + max((place for bars in shown.values() for place, _ in bars.values()), default=-1)
+        if not self.rows:
             return
-        self.tracks = tracks
-        instants, chances = self._table(targets)
-        at = np.arange(len(tracks)) * (targets + 1.0)
-        for target in range(targets):
-            # A bar without height keeps a part of the picture free for the legend.
-            bars = np.pad(chances[:, :, target], ((0, 0), (0, 1)))
-            places = np.append(at + target, _ROOM * len(tracks) * (targets + 1.0))
-            yield timed(f"/identity/target_{target}", instants, _columns(bars, places, style.kind_colour(target)))
-
-    def _table(self, targets: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Instants, and the probabilities from each on; shape (instants, tracks, targets)."""
-        now = np.zeros((len(self.tracks), targets))
-        shown: dict[int, NDArray[np.float64]] = {}
-        for time_ns, track, row in self._told:
-            now[self.tracks.index(track)] = np.pad(row, (0, targets - len(row)))
-            shown[max(time_ns, self._start_ns)] = now.copy()
-        return np.array(list(shown), np.int64), np.stack(list(shown.values()))
-
-
-def _columns(heights: NDArray[Any], at: NDArray[np.float64], colour: style.Rgba) -> list[rr.ComponentColumn]:
-    """Rows of bars. Rerun's own `columns` takes several rows for one that is not flat (0.41)."""
-    drawn = [rr.BarChart(row, abscissa=at, color=colour).as_component_batches() for row in heights]
-    columns = []
-    for batches in zip(*drawn, strict=True):
-        whole = rr.AnyBatchValue(
-            batches[0].component_descriptor(), pa.concat_arrays([batch.as_arrow_array() for batch in batches])
+        times = np.array(list(shown), np.int64)
+        yield from self._look()
+        buffers = [_picture(bars, self.rows).reshape(-1) for bars in shown.values()]
+        yield timed(_BARS, times, rr.Image.columns(buffer=buffers))
+        labels = [_labels(bars) for bars in shown.values()]
+        every = [label for each in labels for label in each]
+        columns = rr.Points2D.columns(
+            positions=np.array([place for place, _, _ in every]).reshape(-1, 2),
+            colors=[colour for _, colour, _ in every],
+            labels=[text for *_, text in every],
         )
-        columns.append(rr.ComponentColumn(whole.component_descriptor(), whole))
-    return columns
+        yield timed(_TEXT, times, columns.partition([len(each) for each in labels]))
+
+    def _look(self) -> Iterator[Chunk]:
+        """The picture's size, and that labels are seen."""
+        size = rr.components.ImageFormat(_COLUMNS, self.rows * _LINES, color_model="RGBA", channel_datatype="U8")
+        yield static(_BARS, rr.Image.from_fields(format=size, magnification_filter="nearest", draw_order=0.0))
+        yield static(_BARS, rr.Transform3D.from_fields(scale=[_LONG / _COLUMNS, 1.0 / _LINES, 1.0]))
+        yield static(_TEXT, rr.Points2D.from_fields(radii=[0.0], show_labels=True, draw_order=1.0))
+
+
+def _placed(shown: Mapping[int, Mapping[int, Row]]) -> dict[int, Bars]:
+    """The same with each track's place at each instant: the first free one when it begins."""
+    held: dict[int, int] = {}
+    found: dict[int, Bars] = {}
+    for at_ns, tracks in shown.items():
+        held = {track: place for track, place in held.items() if track in tracks}
+        for track in tracks:
+            if track not in held:
+                held[track] = min(set(range(len(held) + 1)) - set(held.values()))
+        found[at_ns] = {track: (held[track], row) for track, row in tracks.items()}
+    return found
+
+
+def _picture(bars: Bars, rows: int) -> NDArray[np.uint8]:
+    """Pixels of all bars; shape (rows * _LINES, _COLUMNS, 4)."""
+    picture = np.zeros((rows, _LINES, _COLUMNS, 4), np.uint8)
+    middles = (np.arange(_COLUMNS) + 0.5) / _COLUMNS
+    for place, row in bars.values():
+        colours = np.array([style.kind_colour(target) for target in range(len(row))], np.uint8).reshape(-1, 4)
+        if len(row):
+            targets = np.searchsorted(np.cumsum(row), middles).clip(max=len(row) - 1)
+            picture[place, 1:] = colours[targets]
+    return picture.reshape(rows * _LINES, _COLUMNS, 4)
+
+
+def _labels(bars: Bars) -> list[Label]:
+    """The tracks' names before their bars, and the numbers of all parts that have room for one."""
+    found: list[Label] = []
+    for track, (place, row) in bars.items():
+        height = place + 0.5 * (1.0 + 1.0 / _LINES) - _LABEL_RISE
+        found.append(((_NAME_AT, height), style.kind_colour(track), f"track {track}"))
+        ends = np.cumsum(row).tolist()
+        found += [
+            ((_LONG * (end - chance / 2), height), style.LABEL, f"{chance:.2f}")
+            for chance, end in zip(row, ends, strict=True)
+            if chance >= _LEAST_LABELLED
+        ]
+    return found

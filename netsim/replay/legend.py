@@ -122,7 +122,7 @@ def _state_marks(on_battery: bool, present: Collection[str]) -> Iterator[Mark]:
 def _other_marks(scene: Scene, present: Collection[str]) -> Iterator[Mark]:
     yield from _track_marks(present)
     if "/map/targets" in present:
-        yield Mark("target", outline=style.TARGET)
+        yield Mark("target", outline=style.TARGET if scene.group_range_m is None else style.kind_colour(0))
     if "/map/estimates" in present:
         yield Mark("estimate", discs=[(0.0, 0.5, style.ESTIMATE)])
     if "/map/routes" in present:

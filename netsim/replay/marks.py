@@ -70,10 +70,12 @@ class TargetTrack:
     past = True
 
     def __init__(self, setting: Setting) -> None:
-        self._radius_m = 0.42 * setting.scene.radius_m
         self._start_ns = setting.pace.start_ns
         self._begun = False
         self._few = False
+        self._has_colours = setting.scene.group_range_m is not None
+        """Whether targets are told apart by colours, as tracks are; static data would hide those of an instant."""
+        self._radius_m = (0.8 if self._has_colours else 0.42) * setting.scene.radius_m
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One row of positions a sample."""
@@ -82,7 +84,10 @@ class TargetTrack:
         if not self._begun:
             self._begun = True
             look = rr.LineStrips2D.from_fields(
-                colors=[style.TARGET], radii=[-0.8], show_labels=False, draw_order=style.ORDER["targets"]
+                colors=None if self._has_colours else [style.TARGET],
+                radii=[-1.4 if self._has_colours else -0.8],
+                show_labels=False,
+                draw_order=style.ORDER["targets"],
             )
             yield static("/map/targets", look)
             self._few = int(lengths.max()) <= _LABELLED_TARGETS
@@ -93,7 +98,8 @@ class TargetTrack:
                 yield static("/map/targets/labels", names)
         positions = np.column_stack([batch.rows("x_m")[0], -batch.rows("y_m")[0]])
         labels = [f"target {number}" for number in target]
-        outlines = rr.LineStrips2D.columns(strips=diamond(positions, self._radius_m), labels=labels)
+        colours = [style.kind_colour(number) for number in target.tolist()] if self._has_colours else None
+        outlines = rr.LineStrips2D.columns(strips=diamond(positions, self._radius_m), labels=labels, colors=colours)
         yield timed("/map/targets", batch.time_ns, outlines.partition(lengths))
         if self._few:
             labelled = rr.Points2D.columns(positions=positions + np.array([0.0, 2.0 * self._radius_m]), labels=labels)

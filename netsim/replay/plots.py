@@ -29,6 +29,7 @@ class RateTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
+        self._before = len(setting.kinds.names)
         self._counts: defaultdict[int, defaultdict[int, int]] = defaultdict(lambda: defaultdict(int))
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
@@ -45,7 +46,9 @@ class RateTrack:
         """One curve a kind, with the zeros between."""
         pace = self._setting.pace
         slots = np.arange(pace.start_ns // pace.bin_ns, -(-pace.end_ns // pace.bin_ns))
-        for number, counts in sorted(self._counts.items()):
+        # Of a kind that was met before this window, silence is told too.
+        for number in sorted({*self._counts, *range(self._before)}):
+            counts = self._counts[number]
             name = self._setting.kinds.names[number]
             rate = np.array([counts.get(int(slot), 0) for slot in slots]) / (pace.bin_ns / 1e9)
             path = entity("plots", "messages", name)

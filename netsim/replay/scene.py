@@ -3,6 +3,7 @@
 Coordinates on the map are metres with y negated, since 2-D views point y down.
 """
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +18,10 @@ from netsim.replay import style
 from netsim.replay.check import node_table
 from netsim.replay.motion import Motion, Moves, no_moves
 from netsim.replay.source import batches
-from netsim.trace.events import FieldInfo, LinkTable, NodePositions, NodeTable, VariablePlacement
+from netsim.trace.events import FieldInfo, LinkTable, NodePositions, NodeTable, Problem, VariablePlacement
 from netsim.trace.reader import last_time_ns, read_trace
 
-_STATIC_TOPICS = {event_type.topic for event_type in (LinkTable, FieldInfo, VariablePlacement)}
+_STATIC_TOPICS = {event_type.topic for event_type in (LinkTable, FieldInfo, VariablePlacement, Problem)}
 _MARGIN = 0.03
 _LABELLED_NODES = 100
 _LEGEND_ROW = 0.07  # of the map's extent, as is the size of a mark
@@ -55,6 +56,7 @@ class Scene:
         links: The link table, if the trace has one.
         field: The field, if the trace has one.
         model: The graphical model's placement, if the trace has one.
+        group_range_m: Within which of a track's place sensors are of its group; None where there are no groups.
     """
 
     nodes: NodeTable
@@ -64,6 +66,7 @@ class Scene:
     links: LinkTable | None
     field: FieldInfo | None
     model: VariablePlacement | None
+    group_range_m: float | None = None
 
     @property
     def place(self) -> NDArray[np.float64]:
@@ -131,6 +134,7 @@ def load_scene(path: Path) -> Scene:
     row_of = np.full(int(ids.max()) + 1, -1)
     row_of[ids] = np.arange(len(ids))
     links, field, model = found.get(LinkTable), found.get(FieldInfo), found.get(VariablePlacement)
+    problem = found.get(Problem)
     return Scene(
         nodes,
         Motion(place, _moves(path, row_of)),
@@ -139,7 +143,15 @@ def load_scene(path: Path) -> Scene:
         links if isinstance(links, LinkTable) else None,
         field if isinstance(field, FieldInfo) else None,
         model if isinstance(model, VariablePlacement) else None,
+        _group_range_m(problem) if isinstance(problem, Problem) else None,
     )
+
+
+def _group_range_m(problem: Problem) -> float | None:
+    """The sensing range, where groups of sensors around targets track them."""
+    if problem.kind != "energy-tracking":
+        return None
+    return float(json.loads(problem.content_json)["sensing_range_m"])
 
 
 def _moves(path: Path, row_of: NDArray[np.int64]) -> Moves:

@@ -95,8 +95,8 @@ _LAYERS = (
     "links",
     "routes",
     "model",
-    "particles",
     "groups",
+    "particles",
     "targets",
     "acks",
     "messages",
@@ -153,5 +153,11 @@ def role_colours(roles: Sequence[str]) -> Colours:
 
 
 def kind_colour(position: int) -> Rgba:
-    """The colour of the n-th message kind that is met."""
+    """The colour of the n-th message kind that is met, and of the track and the target of a number."""
     return KIND_COLOURS[position % len(KIND_COLOURS)]
+
+
+def dim(colour: Rgba) -> Rgba:
+    """A colour half as bright."""
+    red, green, blue, opacity = colour
+    return red // 2, green // 2, blue // 2, opacity

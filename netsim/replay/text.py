@@ -47,7 +47,7 @@ class LogTrack:
     def __init__(self, setting: Setting) -> None:
         self._label = setting.label
         self._decided: dict[int, str] = {}
-        self._identified: dict[int, tuple[int, int]] = {}
+        self._identified: dict[int, int] = {}
         self._dropped: list[Batch] = []
         self._losses: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
         self._lines: dict[str, Callable[[Batch], Lines]] = {
@@ -152,7 +152,7 @@ class LogTrack:
         return times, [text for _, text in changed], ["INFO"] * len(changed)
 
     def _identities(self, batch: Batch) -> Lines:
-        """Whom a node takes a track for, when it is not what the track was taken for before, or not so surely."""
+        """Whom a node takes a track for, when nobody did before."""
         flat, lengths = batch.rows("probability")
         tracks, nodes = batch.numbers("track").tolist(), batch.numbers("node").tolist()
         changed: list[tuple[int, str]] = []
@@ -160,9 +160,8 @@ class LogTrack:
             batch.time_ns.tolist(), nodes, tracks, np.split(flat, np.cumsum(lengths)[:-1]), strict=True
         ):
             best = int(np.argmax(row)) if len(row) else -1
-            tenths = round(10 * float(row[best])) if best >= 0 else 0
-            if best >= 0 and self._identified.get(track) != (best, tenths):
-                self._identified[track] = best, tenths
+            if best >= 0 and self._identified.get(track) != best:
+                self._identified[track] = best
                 chance = f"{100 * row[best]:.0f} %"
                 changed.append((time_ns, f"{self._label(node)} takes track {track} for target {best} ({chance})"))
         times = np.array([time_ns for time_ns, _ in changed], np.int64)

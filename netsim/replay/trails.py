@@ -29,6 +29,8 @@ class TrailTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._pace = setting.pace
+        self._has_colours = setting.scene.group_range_m is not None
+        """Whether tracks and targets are told apart by colours."""
         self._truth: defaultdict[str, list[Fix]] = defaultdict(list)
         self._told: defaultdict[str, list[Fix]] = defaultdict(list)
         self._spread_m: defaultdict[str, list[float]] = defaultdict(list)
@@ -67,13 +69,30 @@ class TrailTrack:
             if len(each) < 2 or not np.ptp(places, axis=0).any():
                 continue
             own = f"{path}/{name}"
-            look = rr.LineStrips2D.from_fields(colors=[colour], radii=[-0.9], draw_order=style.ORDER["trails"])
+            shown_as = self._own_colour(path, name) or colour
+            look = rr.LineStrips2D.from_fields(colors=[shown_as], radii=[-0.9], draw_order=style.ORDER["trails"])
             yield static(own, look)
             times = np.array([time_ns for time_ns, _, _ in each], np.int64)
             shown = np.flatnonzero(times >= self._pace.start_ns)
             strips = [places[max(0, last - _LENGTH + 1) : last + 1] for last in shown.tolist()]
             if strips:
                 yield timed(own, times[shown], rr.LineStrips2D.columns(strips=strips).partition([1] * len(strips)))
+
+    def _own_colour(self, path: str, name: str) -> style.Rgba | None:
+        """That of a track, and dimmer that of a target; None where they have none."""
+        if not self._has_colours:
+            return None
+        own = style.kind_colour(int(name.split("_")[0]))
+        return own if path == "/map/trails" else style.dim(own)
+
+    def _curve_colours(self, line: str, place: int, *, many: bool) -> tuple[style.Rgba, style.Rgba]:
+        """Of error and spread."""
+        own = self._own_colour("/map/trails", line)
+        if own is not None:
+            return own, style.dim(own)
+        return (
+            (style.kind_colour(2 * place), style.kind_colour(2 * place + 1)) if many else (style.ESTIMATE, style.MEAN)
+        )
 
     def _curves(self) -> Iterator[Chunk]:
         """Error of each track and thread, and how large its covariance says that it is."""
@@ -82,9 +101,10 @@ class TrailTrack:
             times = np.array([time_ns for time_ns, _, _ in fixes], np.int64)
             inside = times >= self._pace.start_ns
             whose = f" of track {line}".replace("_thread_", ", thread ") if many else ""
+            error_colour, spread_colour = self._curve_colours(line, place, many=many)
             curves = (
-                ("error", self._errors_m(fixes), style.kind_colour(2 * place) if many else style.ESTIMATE),
-                ("spread", np.array(self._spread_m[line]), style.kind_colour(2 * place + 1) if many else style.MEAN),
+                ("error", self._errors_m(fixes), error_colour),
+                ("spread", np.array(self._spread_m[line]), spread_colour),
             )
             for name, values, colour in curves:
                 known = inside & np.isfinite(values)

@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TypeVar
 
@@ -71,6 +72,52 @@ def serve(rrd: Path, announce: Callable[[str], None]) -> None:
         announce(f"http://{_LOOPBACK}:{web}/?url=rerun%2Bhttp://{_LOOPBACK}:{data}/proxy")
         process.wait()
         raise _failed(errors)
+
+
+@dataclass(frozen=True)
+class Listener:
+    """A viewer that waits for data.
+
+    Attributes:
+        address: Where it takes them.
+        process: The viewer.
+    """
+
+    address: str
+    process: subprocess.Popen[bytes]
+
+    def is_open(self) -> bool:
+        """Whether it still runs."""
+        return self.process.poll() is None
+
+
+@contextlib.contextmanager
+def listening(announce: Callable[[str], None] | None = None) -> Iterator[Listener]:
+    """A viewer that shows what it is sent, and ends with the block.
+
+    Args:
+        announce: Serve to browsers of this machine, and call this with the address to open; None for the screen.
+
+    Raises:
+        NetsimError: If the viewer fails, for instance without a screen.
+    """
+    data, web = _free_port(), _free_port()
+    options = ["--port", str(data), "--hide-welcome-screen"]
+    options += [] if announce is None else ["--serve-web", "--web-viewer-port", str(web)]
+    address = f"rerun+http://{_LOOPBACK}:{data}/proxy"
+    with _viewer(*options) as (process, errors):
+        _await_port(process, errors, data)
+        if announce is not None:
+            announce(f"http://{_LOOPBACK}:{web}/?url=rerun%2Bhttp://{_LOOPBACK}:{data}/proxy")
+        try:
+            yield Listener(address, process)
+        except RuntimeError as error:  # it was closed, or failed, while it was sent to
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(_STOP_S)
+            if process.poll() != 0:
+                raise _failed(errors) from error
+        if process.poll():
+            raise _failed(errors)
 
 
 def draw(rrd: Path, instants_s: Sequence[float], size: tuple[int, int]) -> list[tuple[bytes, list[str]]]:

@@ -83,6 +83,7 @@ class Radio:
         self.state = "off"
         self.listens_since_ns: int | None = None
         self._waking = False
+        self._is_away = False  # has slept or been off, and is not yet back; the first start is no return
         self._transmission: Transmission | None = None
         self._era = 0  # counts state changes, so that a delayed one knows when it is out of date
         self._life = 0  # counts the times it fell silent, for the same reason
@@ -254,17 +255,20 @@ class Radio:
         self._clock.call_after(delay_ns, lambda _: action() if self._era == era else None)
 
     def _enter(self, state: str, power_mw: float, label: str, kind: str = "") -> None:
-        was = self.state
         self.state = state
         self._era += 1
         self._waking = False
         self._meter.draw(power_mw, label, kind)
-        if self._notable(was, state) and self._recorder.wants(RadioState):
+        if self._notable(state) and self._recorder.wants(RadioState):
             self._recorder.record(RadioState(self.node, RADIO_STATE_CODE[state]))
 
-    def _notable(self, was: str, state: str) -> bool:
-        back_on = was == "sleep" or (was == "off" and self._life > 0)
-        return self._all_states or back_on or state in ("sleep", "dead", "off")
+    def _notable(self, state: str) -> bool:
+        """Whether the trace tells of it at every level: that it cannot hear, and that it can again."""
+        if state in ("sleep", "off"):
+            self._is_away = True
+        back = self._is_away and state not in ("sleep", "off", "switch")
+        self._is_away &= not back
+        return self._all_states or back or state in ("sleep", "dead", "off")
 
 
 def _purpose(frame: LinkFrame) -> str:

@@ -57,7 +57,7 @@ def test_pictures_show_nodes_links_and_messages_without_the_viewers_bar(grid: Pa
     full = style.energy_colours(np.array([0.95]))[0]
     assert near(map_part, tuple(map(int, full)), 40) > 500
     assert near(map_part, style.BACKGROUND) > 20_000
-    below = map_part[int(0.82 * len(map_part)) :]
+    below = map_part[int(0.76 * len(map_part)) :]
     assert near(below, style.COLLIDED, 40) > 30  # the legend
 
 

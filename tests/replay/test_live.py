@@ -1,0 +1,118 @@
+"""A run watched while its trace grows: in the end all is shown that a finished trace shows, and nothing twice."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+from recordings import named_nodes, recording, timed
+from rerun.chunk import RrdReader
+
+from netsim.replay import ReplayOptions
+from netsim.replay.live import Follower, follow
+from netsim.trace import writer as trace_writer
+from netsim.trace.events import OUTCOME_CODE, Estimate, Frame, MessageSent, NodeEnergy, TruthTargets
+from netsim.trace.writer import TraceWriter, partial_path
+
+S = 1_000_000_000
+MS = 1_000_000
+SECONDS = 40
+
+
+def write_run(path: Path) -> None:
+    """A frame a second from a to b of two kinds in turn, a target that both follow."""
+    with TraceWriter(path, {"horizon_s": str(float(SECONDS)), "scenario": "walk"}) as writer:
+        writer.write(named_nodes("a", "b", battery_j=10.0), 0)
+        for second in range(SECONDS):
+            now_ns = second * S
+            kind = ("hello", "data")[second % 2]
+            writer.write(NodeEnergy([0, 1], [0.1 * second, 1.0], [10.0 - 0.1 * second, 9.0]), now_ns)
+            writer.write(TruthTargets([0], [float(second)], [0.0]), now_ns)
+            writer.write(MessageSent(second + 1, 0, 1, kind, 20, 1, []), now_ns)
+            end_ns = now_ns + 2 * MS
+            ears = [1], [OUTCOME_CODE["received"]], [-60.0], [9.0]
+            writer.write(Frame(second, now_ns, end_ns, 0, 1, kind, 0, 20, 0, second + 1, 0.0, *ears), end_ns)
+            writer.write(Estimate(0, 0, float(second), 1.0, []), end_ns)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("live") / "whole.mcap"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trace_writer, "_CHUNK_SIZE_BYTE", 1500)
+        write_run(path)
+    return path
+
+
+def shown(rrd: Path) -> dict[str, list[dict[str, object]]]:
+    """Rows by entity; of an instant's the last one."""
+    rows: dict[str, list[dict[str, object]]] = {}
+    for chunk in RrdReader(rrd).stream():
+        rows.setdefault(str(chunk.entity_path), []).extend(_plain(chunk.to_record_batch()))
+    return rows
+
+
+def _plain(batch):
+    import pyarrow as pa
+
+    for name in batch.schema.names:
+        if pa.types.is_duration(batch.schema.field(name).type):
+            index = batch.schema.get_field_index(name)
+            batch = batch.set_column(index, name, batch.column(index).cast(pa.int64()))
+    return batch.to_pylist()
+
+
+def stream_to(path: Path) -> rr.RecordingStream:
+    stream = rr.RecordingStream("netsim", send_properties=False)
+    stream.save(path)
+    return stream
+
+
+def watched(whole: Path, folder: Path, looks: int) -> tuple[dict[str, list[dict[str, object]]], list[int]]:
+    """What is shown of a trace that grows in so many steps, and how far after each."""
+    trace, data = folder / "run.mcap", whole.read_bytes()
+    stream = stream_to(folder / "live.rrd")
+    follower = Follower(trace, stream, ReplayOptions())
+    reached = []
+    for look in range(looks):
+        partial_path(trace).write_bytes(data[: len(data) * look // looks])
+        assert not follower.advance()
+        reached.append(follower.shown_ns)
+    partial_path(trace).write_bytes(data)
+    partial_path(trace).rename(trace)
+    assert follower.advance()
+    stream.flush()
+    stream.disconnect()
+    return shown(folder / "live.rrd"), reached
+
+
+def test_a_growing_trace_is_shown_whole_in_the_end(whole: Path, tmp_path: Path) -> None:
+    once = recording(whole, tmp_path)
+    live, reached = watched(whole, tmp_path, 9)
+    assert reached == sorted(reached)
+    assert reached[-1] > SECONDS * S // 2
+    for path, component in [
+        ("/map/messages/hello", "Arrows2D:vectors"),
+        ("/map/messages/data", "Arrows2D:vectors"),
+        ("/map/nodes", "Points2D:colors"),
+        ("/map/targets", "LineStrips2D:strips"),
+        ("/plots/messages/hello", "Scalars:scalars"),
+    ]:
+        expected, got = timed(once[path], component), timed(live[path], component)
+        assert sorted(set(expected) - set(got)) == []
+        for at_ns, value in expected.items():
+            np.testing.assert_allclose(np.array(got[at_ns], float), np.array(value, float), err_msg=f"{path} {at_ns}")
+
+
+def test_kinds_keep_their_colours(whole: Path, tmp_path: Path) -> None:
+    live, _ = watched(whole, tmp_path, 9)
+    for kind in ("hello", "data"):
+        looks = {tuple(row["Arrows2D:colors"]) for row in live[f"/map/messages/{kind}"] if row.get("Arrows2D:colors")}
+        assert len(looks) == 1
+
+
+def test_following_ends_with_the_run_or_with_the_viewer(whole: Path, tmp_path: Path) -> None:
+    stream = stream_to(tmp_path / "out.rrd")
+    assert list(follow(tmp_path / "never.mcap", stream, ReplayOptions(), alive=lambda: False)) == []
+    assert list(follow(whole, stream, ReplayOptions()))[-1] > (SECONDS - 1) * S
+    stream.disconnect()
