@@ -35,6 +35,7 @@ class Cast:
         links: The link table, if the trace has one.
         field: The field, if the trace has one.
         measures: What each sensor of a tracking problem measures, by node id.
+        has_track_colours: Whether tracks and targets are told apart by colours, as where groups of sensors track them.
     """
 
     nodes: NodeTable
@@ -44,6 +45,7 @@ class Cast:
     links: LinkTable | None
     field: FieldInfo | None
     measures: Mapping[int, str]
+    has_track_colours: bool = False
 
     @property
     def size(self) -> int:
@@ -111,6 +113,7 @@ def load_cast(path: Path) -> Cast:
         links if isinstance(links, LinkTable) else None,
         field if isinstance(field, FieldInfo) else None,
         _measures(problem) if isinstance(problem, Problem) else {},
+        isinstance(problem, Problem) and problem.kind == "energy-tracking",
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform
 
@@ -73,6 +74,11 @@ class Areas:
         for path in _paths(self._outlines):
             renderer.draw_path(context, path, IdentityTransform(), self._colour)
         context.restore()
+
+
+def dots(axes: Axes) -> Any:
+    """An empty collection of discs to be filled, not drawn with the rest."""
+    return axes.scatter([], [], animated=True, linewidths=0)
 
 
 def _paths(outlines: Outlines) -> list[Path]:

@@ -61,10 +61,11 @@ def _map(story: Story, cast: Cast, look: Look) -> Iterator[Entry]:
     yield from _nodes(story, cast, look)
     moments = story.moments
     if any(each.targets for each in moments):
-        yield Entry("target", "diamond", [look.target])
+        yield Entry("target", "diamond", [look.track(0) if cast.has_track_colours else look.target])
     if any(each.estimates for each in moments):
+        colour = look.track(0) if cast.has_track_colours else look.estimate
         has_spread = any(len(told.covariance_m2) == 3 for each in moments for told in each.estimates.values())
-        yield Entry("estimate, 2 sigma" if has_spread else "estimate", "estimate", [look.estimate])
+        yield Entry("estimate, 2 sigma" if has_spread else "estimate", "estimate", [colour])
     if any(each.beliefs for each in moments):
         yield Entry("belief: low to high", "discs", _stops(look.cells(np.array([0.02, 0.3, 1.0]))))
     tracks = sorted({track for each in moments for track in (*each.particles, *each.groups)})[:3]
