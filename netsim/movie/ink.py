@@ -12,7 +12,7 @@ from netsim.movie.cast import Places
 from netsim.movie.look import Colour
 
 Outlines = Sequence[Places] | Places
-"""Each of shape (n, 2), in pixels."""
+"""Each of shape (n, 2), in pixels; as one array where all have as many corners."""
 _AT_ONCE = 400  # outlines a path: Agg refuses paths that are too long
 
 
@@ -86,7 +86,12 @@ def _paths(outlines: Outlines) -> list[Path]:
 
 
 def _path(outlines: Outlines) -> Path:
-    vertices = np.concatenate(list(outlines))
+    if isinstance(outlines, np.ndarray):
+        count, corners, _ = outlines.shape
+        vertices, begins = outlines.reshape(-1, 2), np.arange(count) * corners
+    else:
+        vertices = np.concatenate(outlines)
+        begins = np.cumsum([0, *(len(outline) for outline in outlines[:-1])])
     codes = np.full(len(vertices), Path.LINETO, Path.code_type)
-    codes[np.cumsum([0, *(len(outline) for outline in outlines[:-1])])] = Path.MOVETO
+    codes[begins] = Path.MOVETO
     return Path(vertices, codes)

@@ -20,6 +20,7 @@ _CROWDED_NODES = 100
 _CROWDED = 0.75
 _MANY_ARROWS = 60  # of so many broadcasts at once the arrows are thin and pale
 _PALE = 0.6
+_STEPS = 24  # of an arrow's way that are told apart
 
 
 class Messages:
@@ -34,7 +35,7 @@ class Messages:
         """What is to be drawn, from below."""
         for rows in sorted(self._story.air(picture), key=lambda rows: _height(rows.layer)):
             if len(rows.reach):
-                yield from self._arrows(rows)
+                yield from self._arrows(_distinct(rows))
 
     def _arrows(self, rows: Rows) -> Iterator[Drawn]:
         origins_m, vectors_m = shafts(self._cast.motion, self._radius_m, rows)
@@ -67,6 +68,14 @@ class Messages:
             if is_broadcast and count > _MANY_ARROWS:
                 colour, width = (*colour[:3], _PALE), _PALE * width
         return colour, max(width * self._size, 0.7)
+
+
+def _distinct(rows: Rows) -> Rows:
+    """Without arrows that would hide each other: in a fast movie the same link may be used hundreds of times."""
+    flights = rows.flights
+    keys = np.column_stack([flights.tail, flights.head, np.ceil(_STEPS * rows.reach).astype(np.int64)])
+    kept = np.sort(np.unique(keys, axis=0, return_index=True)[1])
+    return Rows(rows.layer, rows.time_ns, np.array([len(kept)]), flights.pick(kept), rows.reach[kept])
 
 
 def _height(layer: int) -> tuple[int, int]:
