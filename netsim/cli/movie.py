@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -16,47 +17,65 @@ _KIB = 1024
 _LARGE_BYTE = 8 * _KIB * _KIB
 
 
-def check_movies(gif: Path | None, mp4: Path | None, *, force: bool) -> None:
-    """Refuse places for movies before anything is made.
+@dataclass(frozen=True, slots=True)
+class Movies:
+    """The movies that were asked for, as it was typed.
 
-    Raises:
-        ScenarioError: If a name has not the ending of its option, its folder does not exist, or there is a file of that
-            name that may not be replaced.
-        NetsimError: If the encoder of MP4 is missing.
+    Attributes:
+        gif: Where an animated GIF goes.
+        mp4: Where an MP4 goes.
+        speed: Simulated seconds a second.
+        hold_s: How long an arrow takes, simulated seconds.
+        look: Size, length, colours.
     """
-    for option, path in (("gif", gif), ("mp4", mp4)):
-        if path is not None:
-            if path.suffix.lower() != f".{option}":
+
+    gif: Path | None
+    mp4: Path | None
+    speed: float | None
+    hold_s: float | None
+    look: MovieOptions
+
+    @property
+    def paths(self) -> list[Path]:
+        """Where they go."""
+        return [path for path in (self.gif, self.mp4) if path is not None]
+
+    def check(self, *, force: bool) -> None:
+        """Refuse what cannot be before anything is made.
+
+        Raises:
+            ScenarioError: If a name has not the ending of its option, its folder does not exist, there is a file of that
+                name that may not be replaced, or something is said of movies without one.
+            NetsimError: If the encoder of MP4 is missing.
+        """
+        for option, path in (("gif", self.gif), ("mp4", self.mp4)):
+            if path is not None and path.suffix.lower() != f".{option}":
                 message = f"--{option} {path}: expected a name that ends in .{option}"
                 raise ScenarioError(message)
+        for path in self.paths:
             check_movie(path, force=force)
+        if not self.paths and (self.speed, self.hold_s, self.look) != (None, None, MovieOptions()):
+            message = (
+                "--speed, --hold, --seconds, --fps, --width, --light: expected --gif or --mp4 as well, got neither"
+            )
+            raise ScenarioError(message)
 
 
-def movie_command(
-    trace: Path,
-    gif: Path | None,
-    mp4: Path | None,
-    options: ReplayOptions,
-    look: MovieOptions,
-    *,
-    force: bool = False,
-) -> None:
+def movie_command(trace: Path, movies: Movies, part: ReplayOptions, *, force: bool = False) -> None:
     """Make movies of a trace and say what they are.
 
     Args:
         trace: The trace.
-        gif: Where an animated GIF goes, if one is asked for.
-        mp4: Where an MP4 goes, if one is asked for.
-        options: Window, pace, message kinds and nodes.
-        look: Size, length, colours.
+        movies: Which.
+        part: Window, message kinds and nodes.
         force: Whether files of those names may be replaced.
     """
-    check_movies(gif, mp4, force=force)
-    for path in (gif, mp4):
-        if path is not None:
-            with _shown(path) as progress:
-                movie = write_movie(trace, path, options, look, force=force, progress=progress)
-            say(_told(movie))
+    movies.check(force=force)
+    options = replace(part, speed=movies.speed, hold_s=movies.hold_s)
+    for path in movies.paths:
+        with _shown(path) as progress:
+            movie = write_movie(trace, path, options, movies.look, force=force, progress=progress)
+        say(_told(movie))
 
 
 def _told(movie: Movie) -> str:

@@ -9,7 +9,7 @@ import pytest
 from movie_traces import write_trace
 from PIL import Image
 
-from netsim.cli.movie import movie_command
+from netsim.cli.movie import Movies, movie_command
 from netsim.errors import NetsimError, ScenarioError
 from netsim.movie import MovieOptions, check_movie, write_movie
 from netsim.movie.gif import Palette, write_gif
@@ -135,16 +135,19 @@ def test_an_interrupted_movie_leaves_nothing_and_spares_what_was_there(trace, tm
 
 def test_the_command_says_what_it_wrote(trace, tmp_path, capsys):
     path = tmp_path / "m.gif"
-    movie_command(trace, path, None, ReplayOptions(), LOOK)
+    movie_command(trace, Movies(path, None, None, 0.5, LOOK), ReplayOptions())
     said = capsys.readouterr().out
     assert said.startswith(f"wrote {path}: 320 x ")
     assert "1.5 s, 12 pictures, " in said
     assert "KiB" in said
 
 
-def test_the_command_wants_the_ending_of_the_option(trace, tmp_path):
+def test_the_command_wants_the_ending_of_the_option_and_a_movie_for_its_options(trace, tmp_path):
     with pytest.raises(ScenarioError, match=r"--gif .*m\.mp4: expected a name that ends in \.gif"):
-        movie_command(trace, tmp_path / "m.mp4", None, ReplayOptions(), LOOK)
+        movie_command(trace, Movies(tmp_path / "m.mp4", None, None, None, LOOK), ReplayOptions())
+    with pytest.raises(ScenarioError, match="expected --gif or --mp4 as well"):
+        Movies(None, None, 2.0, None, MovieOptions()).check(force=False)
+    Movies(None, None, None, None, MovieOptions()).check(force=False)
 
 
 def test_a_movie_needs_no_rerun(trace, tmp_path):
