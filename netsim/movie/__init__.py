@@ -132,7 +132,8 @@ def _write(part: Path, ending: str, painter: "Painter", reel: Reel, progress: Pr
 
     step = max(1, reel.count // _SAMPLES)
     samples = [painter.paint(picture) for picture in range(step // 2, reel.count, step)]
-    write_gif(part, _painted(painter, reel, progress), samples, reel.fps)
+    signs = painter.layout.legend.cut(samples[0])
+    write_gif(part, _painted(painter, reel, progress), samples, reel.fps, signs=signs)
 
 
 def _painted(painter: "Painter", reel: Reel, progress: Progress) -> "Iterator[Pixels]":

@@ -14,7 +14,7 @@ from netsim.movie.painter import Pixels
 _COLOURS = 255  # one more stands for "as before"
 _AS_BEFORE = 255
 _BITS = 6  # of each channel that count in looking up the nearest colour
-_UNCHANGED = 48  # commonest colours that stay as they are
+_UNCHANGED = 48  # commonest colours of the signs, and of all, that stay as they are
 _WEIGHT = 0.4
 _LAST_MS = 1500  # how long the last picture stays before the movie begins anew
 _LOOP = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
@@ -27,12 +27,14 @@ class Palette:
 
     Args:
         samples: Pictures that have the colours of all.
+        signs: Small but important: part of a picture whose commonest colours stay as they are.
     """
 
-    def __init__(self, samples: Sequence[Pixels]) -> None:
-        colours, counts = _counted(samples)
+    def __init__(self, samples: Sequence[Pixels], signs: Pixels) -> None:
+        colours, counts = _counted([*samples, signs])
         if len(colours) > _COLOURS:
-            colours = _reduced(colours, counts)
+            kept = np.unique(np.concatenate([_commonest(*_counted([signs])), _commonest(colours, counts)]), axis=0)
+            colours = _reduced(colours, counts, kept)
         self.colours: NDArray[np.uint8] = colours
         self._tree = cKDTree(colours.astype(float))
         self._nearest = np.full(1 << 3 * _BITS, -1, np.int16)  # by cell of the colour cube, filled when met
@@ -65,20 +67,25 @@ def _counted(samples: Sequence[Pixels]) -> tuple[NDArray[np.uint8], NDArray[np.i
     return np.stack([codes >> 16, (codes >> 8) & 255, codes & 255], axis=1).astype(np.uint8), total[codes]
 
 
-def _reduced(colours: NDArray[np.uint8], counts: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """At most 255 colours that stand for all, the commonest ones unchanged.
+def _commonest(colours: NDArray[np.uint8], counts: NDArray[np.int64]) -> NDArray[np.uint8]:
+    return colours[np.argsort(-counts, kind="stable")[:_UNCHANGED]]
 
-    Others weigh by a root of their area, or large areas would take the colours of small signs.
+
+def _reduced(colours: NDArray[np.uint8], counts: NDArray[np.int64], kept: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """At most 255 colours that stand for all, some of them unchanged.
+
+    All weigh by a root of their area, or large areas would take the colours of small signs.
     """
-    order = np.argsort(-counts, kind="stable")
-    common, others = colours[order[:_UNCHANGED]], order[_UNCHANGED:]
-    copies = np.ceil(counts[others] ** _WEIGHT).astype(np.int64)
-    image = Image.fromarray(np.repeat(colours[others], copies, axis=0)[None])
-    found = image.quantize(_COLOURS - _UNCHANGED, Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
-    return np.concatenate([common, np.array(found, np.uint8).reshape(-1, 3)[: _COLOURS - _UNCHANGED]])
+    copies = np.ceil(counts**_WEIGHT).astype(np.int64)
+    image = Image.fromarray(np.repeat(colours, copies, axis=0)[None])
+    room = _COLOURS - len(kept)
+    found = image.quantize(room, Image.Quantize.MEDIANCUT, kmeans=2).getpalette() or []
+    return np.concatenate([kept, np.array(found, np.uint8).reshape(-1, 3)[:room]])
 
 
-def write_gif(path: Path, pictures: Iterable[Pixels], samples: Sequence[Pixels], fps: float) -> None:
+def write_gif(
+    path: Path, pictures: Iterable[Pixels], samples: Sequence[Pixels], fps: float, *, signs: Pixels | None = None
+) -> None:
     """Write a movie that begins anew when it is over.
 
     Args:
@@ -86,8 +93,9 @@ def write_gif(path: Path, pictures: Iterable[Pixels], samples: Sequence[Pixels],
         pictures: The pictures, all of one size.
         samples: Some of them, or others, that have the colours of all.
         fps: Pictures a second; GIF counts hundredths of a second, so that delays differ by one to keep the pace.
+        signs: Part of a picture whose colours matter though it is small, such as the legend; None for a whole sample.
     """
-    palette = Palette(samples)
+    palette = Palette(samples, samples[0] if signs is None else signs)
     with path.open("wb") as stream:
         _write_pictures(stream, pictures, palette, fps)
 

@@ -6,6 +6,7 @@ All in pixels from the lower left corner. The strip is below the map; where the 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from netsim.movie.cast import Cast, Places
 
@@ -40,6 +41,11 @@ class Box:
     def height(self) -> float:
         """From bottom to top."""
         return self.high - self.low
+
+    def cut(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """This part of a picture, whose first row is at the top."""
+        top, bottom = (len(pixels) - round(y) for y in (self.high, self.low))
+        return pixels[top:bottom, round(self.left) : round(self.right)]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ _KIND, _BROADCAST, _LOSS, _ACK = 0.2, 0.13, 0.13, 0.08  # widths in heights of t
 _CROSS = 0.34
 _CROWDED_NODES = 100
 _CROWDED = 0.75
-_MANY_ARROWS = 60  # of so many broadcasts at once the arrows are thin and pale
+_MANY_BROADCASTS, _MANY_ARROWS = 60, 250  # of more at once the arrows are thin and pale
 _PALE = 0.6
 _STEPS = 24  # of an arrow's way that are told apart
 
@@ -65,7 +65,7 @@ class Messages:
         else:
             kind, is_broadcast = divmod(layer - FIRST_KIND, 2)
             colour, width = look.kind(kind), _BROADCAST if is_broadcast else _KIND
-            if is_broadcast and count > _MANY_ARROWS:
+            if count > (_MANY_BROADCASTS if is_broadcast else _MANY_ARROWS):
                 colour, width = (*colour[:3], _PALE), _PALE * width
         return colour, max(width * self._size, 0.7)
 

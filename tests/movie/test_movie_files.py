@@ -63,16 +63,18 @@ def test_a_gif_shows_what_was_painted(tmp_path):
             assert np.array_equal(np.asarray(image.convert("RGB")), expected)
 
 
-def test_a_palette_of_many_colours_is_near_to_all_and_has_the_commonest_ones():
+def test_a_palette_of_many_colours_is_near_to_all_and_has_the_commonest_ones_and_the_signs():
     rng = np.random.default_rng(2)
     picture = rng.integers(0, 256, (100, 100, 3)).astype(np.uint8)
     picture[:50] = (13, 16, 20)
-    palette = Palette([picture])
+    signs = rng.integers(0, 256, (5, 8, 3)).astype(np.uint8)
+    palette = Palette([picture], signs)
     assert len(palette.colours) <= 255
     assert (palette.colours == (13, 16, 20)).all(axis=1).any()
     shown = palette.colours[palette.indices(picture)].astype(int)
     assert np.abs(shown - picture).mean() < 20
     assert (shown[:50] == (13, 16, 20)).all()
+    assert {tuple(colour) for colour in signs.reshape(-1, 3)} <= {tuple(colour) for colour in palette.colours}
 
 
 def test_an_mp4_is_h264_that_all_players_take(trace, tmp_path):
