@@ -41,6 +41,7 @@ MAY_IMPORT = {
     "export": {"trace", "replay.style"},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
+    "movie": {"trace"} | {f"replay.{part}" for part in ("check", "flights", "flying", "motion", "options", "style")},
     "scenario": EVERYTHING,
     "cli": EVERYTHING,
     "__main__": {"cli"},
@@ -67,7 +68,8 @@ ONLY_IN = {
     "typer": {"cli"},
     "rich": {"cli"},
 }
-ONLY_IN["matplotlib"] = {"calibrate", "flow", "snapshots", "study"}
+ONLY_IN["matplotlib"] = {"calibrate", "flow", "movie", "snapshots", "study"}
+ONLY_IN["av"] = {"movie"}
 """Libraries that have one room."""
 
 FORBIDDEN_IN = {"kernels": {"simpy", "pathlib", "os", "time", "random", "asyncio", "threading"}}

@@ -1,0 +1,44 @@
+"""Files that are there whole or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from netsim.errors import NetsimError, ScenarioError
+
+
+def check_place(path: Path, *, force: bool) -> None:
+    """Make sure that a movie can be written, without writing anything.
+
+    Raises:
+        ScenarioError: If the folder does not exist, or there is something of that name that may not be replaced.
+    """
+    if not path.parent.is_dir():
+        msg = f"{path}: expected a folder that exists, got {path.parent}; make it, or name another"
+        raise ScenarioError(msg)
+    if path.is_dir():
+        msg = f"{path}: expected the name of a movie, got that of a folder"
+        raise ScenarioError(msg)
+    if path.exists() and not force:
+        msg = f"{path}: expected a new name, got that of a file; replace it with --force, or name another"
+        raise ScenarioError(msg)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A place to write to that gets its name when all is well, and goes otherwise.
+
+    Raises:
+        NetsimError: If the file cannot be written.
+    """
+    part = path.with_name(f".{path.name}.part")
+    try:
+        yield part
+        os.replace(part, path)
+    except OSError as error:
+        msg = f"{path}: cannot write the movie: {error.strerror or error}"
+        raise NetsimError(msg) from error
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
