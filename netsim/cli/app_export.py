@@ -9,6 +9,7 @@ from netsim.cli.options import Debug, Trace
 
 _OUTPUTS = "Outputs"
 _PART = "Which part"
+_MOVIE = "Movies (--gif, --mp4)"
 
 
 def export(
@@ -52,6 +53,18 @@ def export(
             rich_help_panel=_OUTPUTS,
         ),
     ] = None,
+    gif: Annotated[
+        Path | None,
+        typer.Option(metavar="F.gif", help="Animated map for a talk.", rich_help_panel=_OUTPUTS),
+    ] = None,
+    mp4: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="F.mp4",
+            help="The same as a film, larger and smoother; needs the extra `movie`.",
+            rich_help_panel=_OUTPUTS,
+        ),
+    ] = None,
     start: Annotated[
         float, typer.Option(help="Export from here (simulated seconds).", min=0, rich_help_panel=_PART)
     ] = 0.0,
@@ -68,6 +81,36 @@ def export(
             help="Only these nodes (ids or names, separated by commas) and their traffic.", rich_help_panel=_PART
         ),
     ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            help="Simulated seconds a second of the movie.",
+            show_default="as the replay, but at most 20 s of movie",
+            rich_help_panel=_MOVIE,
+        ),
+    ] = None,
+    hold: Annotated[
+        float | None,
+        typer.Option(
+            help="How long an arrow takes, in simulated seconds.",
+            show_default="0.4 s of the movie",
+            rich_help_panel=_MOVIE,
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Length of the movie, instead of --speed.", rich_help_panel=_MOVIE)
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(help="Pictures a second.", show_default="GIF: 12, MP4: 25", rich_help_panel=_MOVIE),
+    ] = None,
+    width: Annotated[
+        int | None,
+        typer.Option(
+            help="Width in pixels; the height follows.", show_default="GIF: 800, MP4: 1280", rich_help_panel=_MOVIE
+        ),
+    ] = None,
+    light: Annotated[bool, typer.Option("--light", help="Dark on white.", rich_help_panel=_MOVIE)] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace earlier exports of these names.")] = False,
     debug: Debug = False,
 ) -> None:
@@ -84,6 +127,10 @@ def export(
     What each output holds, and how to open it: docs/export.md.
     """
     from netsim.cli.export import Wanted, export_command
+    from netsim.cli.movie import Movies
+    from netsim.movie import MovieOptions
 
     outputs = {"pcap": pcap, "csv": csv, "parquet": parquet, "foxglove": foxglove}
-    export_command(trace, outputs, Wanted(start, end, kinds, nodes, pcap_node), force=force)
+    wanted = Wanted(start, end, kinds, nodes, pcap_node)
+    movies = Movies(gif, mp4, speed, hold, MovieOptions(width_px=width, fps=fps, seconds=seconds, light=light))
+    export_command(trace, outputs, wanted, movies, force=force)

@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
 
 from netsim.cli.console import say
+from netsim.cli.movie import Movies, movie_command
 from netsim.cli.names import one_node
 from netsim.cli.replay import trace_file
 from netsim.cli.watching import progress_bar
@@ -36,22 +37,27 @@ class Wanted:
     pcap_node: str | None
 
 
-def export_command(given: Path, outputs: Mapping[str, Path | None], wanted: Wanted, *, force: bool) -> None:
+def export_command(
+    given: Path, outputs: Mapping[str, Path | None], wanted: Wanted, movies: Movies, *, force: bool
+) -> None:
     """Check, export, say where it is."""
     chosen = {name: path for name, path in outputs.items() if path is not None}
-    _check(chosen, wanted)
+    _check(chosen, wanted, movies)
     check_outputs(chosen, force=force)
+    movies.check(force=force)
     trace = trace_file(given)
-    job = _job(trace, wanted)
-    with _shown() as progress:
-        export(job, chosen, force=force, progress=progress)
+    part = _part(trace, wanted)
+    if chosen:
+        with _shown() as progress:
+            export(_job(trace, wanted, part), chosen, force=force, progress=progress)
     for name, path in chosen.items():
         say(f"wrote {path}; {FORMATS[name].opening.format(path=path)}")
+    movie_command(trace, movies, part, force=force)
 
 
-def _check(chosen: Mapping[str, Path], wanted: Wanted) -> None:
-    if not chosen:
-        options = ", ".join(f"--{name}" for name in FORMATS)
+def _check(chosen: Mapping[str, Path], wanted: Wanted, movies: Movies) -> None:
+    if not chosen and not movies.paths:
+        options = ", ".join(f"--{name}" for name in (*FORMATS, "gif", "mp4"))
         message = (
             f"expected at least one output ({options}), got none, as in: netsim export TRACE --{next(iter(FORMATS))} F"
         )
@@ -64,12 +70,17 @@ def _check(chosen: Mapping[str, Path], wanted: Wanted) -> None:
         raise ScenarioError(message)
 
 
-def _job(trace: Path, wanted: Wanted) -> Job:
+def _part(trace: Path, wanted: Wanted) -> ReplayOptions:
     kinds = None if wanted.kinds is None else frozenset(part.strip() for part in wanted.kinds.split(","))
     nodes = None if wanted.nodes is None else node_ids(trace, wanted.nodes.split(","))
-    check_window(trace, ReplayOptions(start_s=wanted.start_s, end_s=wanted.end_s, kinds=kinds, nodes=nodes))
+    part = ReplayOptions(start_s=wanted.start_s, end_s=wanted.end_s, kinds=kinds, nodes=nodes)
+    check_window(trace, part)
+    return part
+
+
+def _job(trace: Path, wanted: Wanted, part: ReplayOptions) -> Job:
     end_ns = None if wanted.end_s is None else s_to_ns(wanted.end_s)
-    selection = Selection(start_ns=s_to_ns(wanted.start_s), end_ns=end_ns, kinds=kinds, nodes=nodes)
+    selection = Selection(start_ns=s_to_ns(wanted.start_s), end_ns=end_ns, kinds=part.kinds, nodes=part.nodes)
     node = None if wanted.pcap_node is None else one_node(trace, "--pcap-node", wanted.pcap_node)
     return Job(trace=trace, selection=selection, pcap_node=node)
 

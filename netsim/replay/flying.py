@@ -10,18 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from netsim.replay import style
 from netsim.replay.flights import Flights, Ints, Rows
 from netsim.replay.motion import Motion, Places
 from netsim.trace.events import BROADCAST, OUTCOME_CODE, OUTCOMES, LinkTable
 
 LOST, INTERFERED, LOST_ACKS, ACKS, FIRST_KIND = range(5)
 """Layers; each message kind has two from `FIRST_KIND` on, the second one for broadcasts."""
-INTERFERENCE = tuple(OUTCOME_CODE[name] for name in ("collided", "captured", "jammed"))
+INTERFERENCE = tuple(OUTCOME_CODE[name] for name in style.INTERFERENCE)
 """Outcomes of frames that were lost to another signal."""
 UNHEARD = len(OUTCOMES)
 """Outcome of a frame whose addressee was no listener at all."""
 _ALWAYS_SHOWN = (OUTCOME_CODE["received"], *INTERFERENCE)
-_EXPECTED_PRR = 0.5  # a broadcast is missed, not merely unheard, over links at least this good
 _LOSS_REACH = 0.6  # lost frames stop on the way
 
 
@@ -115,7 +115,7 @@ def good_links(links: LinkTable | None, rows: Callable[[NDArray[np.integer]], In
         return np.empty(0, np.int64)
     source, destination = (rows(np.asarray(ids)) for ids in (links.source, links.destination))
     moving = motion.moving
-    good = (np.asarray(links.prr) >= _EXPECTED_PRR) & ~moving[source] & ~moving[destination]
+    good = (np.asarray(links.prr) >= style.EXPECTED_PRR) & ~moving[source] & ~moving[destination]
     return np.asarray((source * len(motion.start) + destination)[good])
 
 
