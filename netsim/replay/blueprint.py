@@ -167,9 +167,9 @@ def _own(contents: Contents) -> list[Curve]:
     rounds = Curve("/plots/senders", "Senders per round", right_top)
     known = [
         Curve("/plots/track", "Distance from target (m)", right_top),
-        Curve("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom),
         Curve(WIDTH_ORIGIN, "Certified intervals", right_top),
         rounds,
+        Curve("/plots/accuracy", "Accuracy", rrb.Corner2D.RightBottom),
         Curve(ENTROPY_ORIGIN, "Entropy of beliefs (bit)", right_top),
         Curve("/plots/clock", contents.clocks, rrb.Corner2D.LeftTop),
     ]
