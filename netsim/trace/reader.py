@@ -30,11 +30,11 @@ from netsim.units import NS_PER_S
 
 _BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
 RECORD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
+MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_TIMES = struct.Struct("<QQ")
 MAGIC = b"\x89MCAP0\r\n"
-_FOOTER = struct.Struct("<QQI")
-_TAIL_SIZE_BYTE = RECORD.size + _FOOTER.size + len(MAGIC)
+FOOTER = struct.Struct("<QQI")
+_TAIL_SIZE_BYTE = RECORD.size + FOOTER.size + len(MAGIC)
 _CHECKSUM_AND_MAGIC_BYTE = 4 + len(MAGIC)
 TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
 
@@ -184,7 +184,7 @@ def is_complete(path: Path | str) -> bool:
             tail = stream.read()
             if not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
                 return False
-            start, _, checksum = _FOOTER.unpack_from(tail, RECORD.size)
+            start, _, checksum = FOOTER.unpack_from(tail, RECORD.size)
             stream.seek(min(start, size_byte))
             # The checksum covers the index and the footer up to the checksum itself.
             if zlib.crc32(stream.read()[:-_CHECKSUM_AND_MAGIC_BYTE]) != checksum:
@@ -257,22 +257,27 @@ def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -
             if chunk.message_end_time >= low or not contents.schemas:
                 yield from _chunk_messages(uncompressed(chunk), contents, low, high)
     if opcode != Opcode.DATA_END:
-        message = (
-            f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
-            "run the scenario again"
-        )
-        warnings.warn(message, TruncatedTraceWarning, stacklevel=2)
+        warn_cut(path, last_ns)
+
+
+def warn_cut(path: Path, last_ns: int) -> None:
+    """Warn that there is nothing in a trace after an instant, because it was cut short."""
+    message = (
+        f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
+        "run the scenario again"
+    )
+    warnings.warn(message, TruncatedTraceWarning, stacklevel=3)
 
 
 def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> Iterator[RawMessage]:
     """The messages among the records of a chunk; schemas and channels go into `contents`."""
     for opcode, body in chunk_records(data):
         if opcode == Opcode.MESSAGE:
-            channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body)
+            channel, sequence, time_ns, _ = MESSAGE.unpack_from(body)
             kind = contents.kinds.get(channel)
             if kind is not None and low <= time_ns < high:
                 topic, event_type, count = kind
-                yield RawMessage(time_ns, topic, event_type, body[_MESSAGE.size :], sequence, count)
+                yield RawMessage(time_ns, topic, event_type, body[MESSAGE.size :], sequence, count)
         elif opcode == Opcode.SCHEMA:
             schema = Schema.read(from_bytes(body))
             contents.schemas[schema.id] = schema
