@@ -17,7 +17,7 @@ from netsim.errors import ScenarioError
 from netsim.models.device_tables import load_battery
 from netsim.trace.events import EnergyHarvest, EnergyLedger, Event, Frame, NodeEnergy, NodeTable
 from netsim.trace.recorder import Handler
-from netsim.units import NS_PER_S, s_to_ns
+from netsim.units import NS_PER_S
 
 RELATIVE = 1e-9
 SMALLEST_J = 1e-12
@@ -174,8 +174,7 @@ class AirtimeIsBooked:
 
     def __init__(self, run: Run) -> None:
         self._tally = Tally("airtime is booked", "ledger entries", "but for what was on its way at the end")
-        delay_s = run.medium.get("delay_s", 0.0)
-        self._under_way_ns = s_to_ns(delay_s) if isinstance(delay_s, int | float) else 0
+        self._under_way_ns = run.delay_ns
         self._air_ns: defaultdict[tuple[int, str], int] = defaultdict(int)
         self._longest_ns = 0
 

@@ -143,14 +143,14 @@ class _Mender:
         """The end of the data, what there is in it, and the end of the file."""
         builder = RecordBuilder()
         DataEnd(_NO_CHECKSUM).write(builder)
-        self.stream.write(builder.end())
+        self.stream.write(_taken(builder))
         begin = self.stream.tell()
         for record in (*self.schemas.values(), *self.channels.values(), self._statistics(), *self.chunks):
             record.write(builder)
-        summary = builder.end()
+        summary = _taken(builder)
         head = RECORD.pack(Opcode.FOOTER, FOOTER.size) + FOOTER.pack(begin, 0, 0)[:-4]
         Footer(summary_start=begin, summary_offset_start=0, summary_crc=zlib.crc32(summary + head)).write(builder)
-        self.stream.write(summary + builder.end() + MAGIC)
+        self.stream.write(summary + _taken(builder) + MAGIC)
 
     def _statistics(self) -> Statistics:
         return Statistics(
@@ -178,4 +178,9 @@ def _message_index(data: bytes) -> Iterator[bytes]:
     for channel, found in entries.items():
         builder = RecordBuilder()
         MessageIndex(channel, found).write(builder)
-        yield builder.end()[RECORD.size :]
+        yield _taken(builder)[RECORD.size :]
+
+
+def _taken(builder: RecordBuilder) -> bytes:
+    """The records in a builder, which is empty then."""
+    return bytes(builder.end())  # type: ignore[no-untyped-call]
