@@ -62,10 +62,14 @@ class Batch:
         """The events that a mask picks."""
         return Batch(self.topic, self.time_ns[mask], self.fields.filter(pa.array(mask)))
 
+    def since(self, start_ns: int) -> "Batch":
+        """The events from an instant on, and the last one before it."""
+        before = self.time_ns < start_ns
+        return self.where(~before | ~np.append(before[1:], False))
+
     def from_start(self, start_ns: int) -> "Batch":
         """The events from an instant on, and the last one before it as if it had happened just then."""
-        before = self.time_ns < start_ns
-        kept = self.where(~before | ~np.append(before[1:], False))
+        kept = self.since(start_ns)
         return Batch(self.topic, np.maximum(kept.time_ns, start_ns), kept.fields)
 
 

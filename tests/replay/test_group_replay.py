@@ -1,11 +1,14 @@
 """What a replay shows of groups, of sleepers, and of how sure the nodes are."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from recordings import Table, named_nodes, recording, timed
 
 from netsim.trace.events import (
     RADIO_STATE_CODE,
+    Belief,
     Event,
     FieldInfo,
     Group,
@@ -82,3 +85,32 @@ def test_certified_intervals_are_those_of_all_measurements_told(rows: Table) -> 
     widest, mean = (timed(rows[f"/plots/width/{name}"], "Scalars:scalars") for name in ("widest", "mean_width"))
     assert [value[0] for value in widest.values()] == pytest.approx([0.5, 0.5, 0.5])
     assert [value[0] for value in mean.values()] == pytest.approx([0.5, 0.3, 0.3])
+
+
+def told_early(folder: Path, start_s: float) -> Table:
+    """A window of a run in which everything is told at 1 s, and nothing later."""
+    with TraceWriter(folder / "early.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b", "c"), 0)
+        writer.write(Group(0, 1, [0], [0, 1]), 1 * S)
+        writer.write(Belief(0, 0, 1, 0.0, 0.0, 5.0, 4, [1, 6], [0.75, 0.25]), 1 * S)
+        writer.write(Marginals(0, 5, [0.5, 0.5], 1, 0), 1 * S)
+        writer.write(Log(30, 0, 2, "end", "a", "", 0), 30 * S)
+    return recording(folder / "early.mcap", folder, start_s=start_s, end_s=20.0)
+
+
+@pytest.mark.parametrize("start_s", [3.0, 6.0, 12.0])
+def test_a_window_shows_what_still_holds_and_for_no_longer_than_it_does(tmp_path: Path, start_s: float) -> None:
+    rows, start_ns = told_early(tmp_path, start_s), round(start_s * S)
+    hulls = timed(rows["/map/groups/0"], "LineStrips2D:strips")
+    beliefs: dict[int, bool] = {}
+    for row in rows["/map/beliefs/0"]:
+        if row.get("Image:buffer") is not None:
+            beliefs[row["simulated_time"]] = bool(np.any(row["Image:buffer"][0]))
+    expected = {start_ns: True, 6 * S: False} if start_s < 6.0 else {start_ns: False}
+    assert {at: len(each) > 0 for at, each in hulls.items()} == expected
+    assert beliefs == expected
+
+
+def test_a_curve_begins_with_the_window(tmp_path: Path) -> None:
+    mean = timed(told_early(tmp_path, 12.0)["/plots/entropy/mean_entropy"], "Scalars:scalars")
+    assert {at: value[0] for at, value in mean.items()} == {12 * S: 1.0, 20 * S: 1.0}

@@ -11,7 +11,17 @@ from rerun.chunk import RrdReader
 from netsim.replay import ReplayOptions
 from netsim.replay.live import Follower, follow
 from netsim.trace import writer as trace_writer
-from netsim.trace.events import OUTCOME_CODE, Estimate, Frame, MessageSent, NodeEnergy, TruthTargets
+from netsim.trace.events import (
+    OUTCOME_CODE,
+    Estimate,
+    Frame,
+    GraphMessages,
+    Identity,
+    MessageSent,
+    NodeEnergy,
+    TruthTargets,
+    VariablePlacement,
+)
 from netsim.trace.writer import TraceWriter, partial_path
 
 S = 1_000_000_000
@@ -116,3 +126,40 @@ def test_following_ends_with_the_run_or_with_the_viewer(whole: Path, tmp_path: P
     assert list(follow(tmp_path / "never.mcap", stream, ReplayOptions(), alive=lambda: False)) == []
     assert list(follow(whole, stream, ReplayOptions()))[-1] > (SECONDS - 1) * S
     stream.disconnect()
+
+
+@pytest.fixture(scope="module")
+def growing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A second track is told of from 20 s on; in the first ten rounds of a graphical model there are messages."""
+    path = tmp_path_factory.mktemp("growing") / "whole.mcap"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trace_writer, "_CHUNK_SIZE_BYTE", 400)
+        with TraceWriter(path, {"horizon_s": str(float(SECONDS))}) as writer:
+            writer.write(named_nodes("a", "b"), 0)
+            writer.write(VariablePlacement([0, 1], ["one", "two"], [0, 1], [0], [1]), 0)
+            for second in range(SECONDS):
+                edge = ([0], [1], [1]) if second < 10 else ([], [], [])
+                writer.write(GraphMessages(0, second, *edge, 2, 0.5, 1, 0), second * S)
+                for track in (0, 1) if second >= 20 else (0,):
+                    writer.write(Identity(0, track, [0.5, 0.5]), second * S)
+    return path
+
+
+def test_bars_of_every_look_fit_their_picture(growing: Path, tmp_path: Path) -> None:
+    live, _ = watched(growing, tmp_path, 9)
+    sizes, buffers = (timed(live["/identity/bars"], f"Image:{name}") for name in ("format", "buffer"))
+    heights = set()
+    for at_ns, buffer in buffers.items():
+        size = sizes[at_ns][0]
+        assert len(buffer[0]) == 4 * size["width"] * size["height"]
+        heights.add(size["height"])
+    assert len(heights) == 2
+
+
+def test_arrows_of_an_earlier_look_do_not_stay(growing: Path, tmp_path: Path) -> None:
+    live, _ = watched(growing, tmp_path, 9)
+    arrows = timed(live["/graph/messages"], "Arrows2D:vectors")
+    assert len(arrows[9 * S]) == 1
+    last = max(arrows)
+    assert last > 10 * S
+    assert len(arrows[last]) == 0
