@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun as rr
+from mcap.reader import make_reader
 from recordings import named_nodes, recording, timed
 from rerun.chunk import RrdReader
 
@@ -157,8 +158,21 @@ def test_bars_of_every_look_fit_their_picture(growing: Path, tmp_path: Path) -> 
 
 
 def test_arrows_of_an_earlier_look_do_not_stay(growing: Path, tmp_path: Path) -> None:
-    live, reached = watched(growing, tmp_path, 70)
-    assert 10 * S in reached  # the first round without messages begins a look
-    arrows = timed(live["/graph/messages"], "Arrows2D:vectors")
+    """The second look begins with the first round without messages."""
+    trace, stream = tmp_path / "run.mcap", stream_to(tmp_path / "live.rrd")
+    with growing.open("rb") as data:
+        summary = make_reader(data).get_summary()
+    assert summary is not None
+    last = next(chunk for chunk in summary.chunk_indexes if chunk.message_end_time == 10 * S)
+    partial_path(trace).write_bytes(growing.read_bytes()[: last.chunk_start_offset + last.chunk_length])
+    follower = Follower(trace, stream, ReplayOptions())
+    follower.advance()
+    assert follower.shown_ns == 10 * S
+    partial_path(trace).unlink()
+    trace.write_bytes(growing.read_bytes())
+    assert follower.advance()
+    stream.flush()
+    stream.disconnect()
+    arrows = timed(shown(tmp_path / "live.rrd")["/graph/messages"], "Arrows2D:vectors")
     assert len(arrows[9 * S]) == 1
     assert len(arrows[10 * S]) == 0
