@@ -227,14 +227,14 @@ _ANSWERS = (
         each(e.Particles, "x_m", meaning="Position in metres, to the east"),
         each(e.Particles, "y_m"),
     ), "node"),
-    Sheet("group_tracks", "A track of a group of sensors that measured at an instant", e.Group, (
+    Sheet("groups", "A track that a group of sensors measures", e.Group, (
         one(e.Group, "node", meaning="Node id of the leader"),
-        one(e.Group, "step"),
-        each(e.Group, "target", "track", "Number of the track; a joint group has several"),
+        *ones(e.Group, "step"),
+        each(e.Group, "target", "track", meaning="Number of the track"),
     ), "node"),
-    Sheet("group_members", "A sensor whose reading the leader of a group used", e.Group, (
+    Sheet("group_members", "A sensor whose reading a group's leader used", e.Group, (
         one(e.Group, "node", meaning="Node id of the leader"),
-        one(e.Group, "step"),
+        *ones(e.Group, "step"),
         each(e.Group, "member", meaning="Node id of the sensor"),
     ), "node"),
     Sheet("handoffs", "A leader's choice of the next one", e.Handoff, (

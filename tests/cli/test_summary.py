@@ -119,7 +119,7 @@ def test_groups_and_what_they_send_are_told(quiet: tuple[netsim.Result, netsim.L
 
 
 def test_energy_that_is_not_listening_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:
-    assert told(quiet, {"energy_beyond_listening_j": 5.847})["beyond listening, sleep and idling"] == "5.847 J"
+    assert told(quiet, {"energy_beyond_listening_j": 5.847})["of it beyond listening, sleep and idling"] == "5.847 J"
 
 
 def test_what_was_proved_is_told(quiet: tuple[netsim.Result, netsim.LoadedScenario]) -> None:

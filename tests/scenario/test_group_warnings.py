@@ -41,9 +41,9 @@ algorithm: {type: joint-tracking, separate_m: 90}
         (["algorithm.separate_m=101"], ["groups collide at most twice", "100 m"]),
         (["algorithm.separate_m=101", "algorithm.switch=latched"], []),
         (["algorithm.give_s=1"], ["algorithm.give_s is 1 s, but there is a reading every 1 s"]),
-        (["algorithm.particles=1000000"], ["algorithm.particles is 1,000,000", "0.5 s are left"]),
-        (["algorithm.joint_particles=1000000"], ["algorithm.joint_particles is 1,000,000"]),
-        (["algorithm.joint_particles=1000000", "algorithm.switch=never"], []),
+        (["algorithm.particles=65000"], ["algorithm.particles is 65,000", "0.5 s are left"]),
+        (["algorithm.joint_particles=65000"], ["algorithm.joint_particles is 65,000"]),
+        (["algorithm.joint_particles=65000", "algorithm.switch=never"], []),
         (["nodes[0].algorithm={type: joint-tracking, give_s: 2, separate_m: 90}"], ["nodes[0].algorithm.give_s"]),
     ],
 )
