@@ -108,6 +108,7 @@ def test_a_growing_trace_is_shown_whole_in_the_end(whole: Path, tmp_path: Path) 
         ("/map/nodes", "Points2D:colors"),
         ("/map/targets", "LineStrips2D:strips"),
         ("/plots/messages/hello", "Scalars:scalars"),
+        ("/plots/track/error_0", "Scalars:scalars"),
     ]:
         expected, got = timed(once[path], component), timed(live[path], component)
         assert sorted(set(expected) - set(got)) == []
