@@ -17,7 +17,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, MessageIndex, Schema, Statistics
 
-from netsim.trace.reader import (
+from netsim.trace.reader import is_complete, warn_cut
+from netsim.trace.records import (
     FOOTER,
     MAGIC,
     MESSAGE,
@@ -26,9 +27,7 @@ from netsim.trace.reader import (
     chunk_records,
     file_records,
     from_bytes,
-    is_complete,
     uncompressed,
-    warn_cut,
 )
 
 _CHANNEL = struct.Struct("<H")

@@ -10,14 +10,9 @@ import struct
 import warnings
 import zlib
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
-from io import BytesIO
 from pathlib import Path
 
-import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
@@ -25,15 +20,24 @@ from netsim import __version__
 from netsim.errors import TraceError
 from netsim.trace.cdr import SCHEMA_ENCODING, decode, fields_of
 from netsim.trace.events import EVENT_TYPES, Event
+from netsim.trace.records import (
+    BROKEN,
+    FOOTER,
+    MAGIC,
+    MESSAGE,
+    RECORD,
+    blame,
+    chunk_records,
+    damaged,
+    file_records,
+    from_bytes,
+    uncompressed,
+    unreadable,
+)
 from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
 from netsim.units import NS_PER_S
 
-_BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
-RECORD = struct.Struct("<BQ")
-MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_TIMES = struct.Struct("<QQ")
-MAGIC = b"\x89MCAP0\r\n"
-FOOTER = struct.Struct("<QQI")
 _TAIL_SIZE_BYTE = RECORD.size + FOOTER.size + len(MAGIC)
 _CHECKSUM_AND_MAGIC_BYTE = 4 + len(MAGIC)
 TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
@@ -113,8 +117,8 @@ def decoded(path: Path | str, message: RawMessage) -> Event:
         raise TraceError(msg)
     try:
         return decode(message.event_type, message.data, message.fields)
-    except (TraceError, *_BROKEN) as error:
-        raise _damaged(path, error) from error
+    except (TraceError, *BROKEN) as error:
+        raise damaged(path, error) from error
 
 
 def trace_metadata(path: Path | str) -> dict[str, str]:
@@ -191,7 +195,7 @@ def is_complete(path: Path | str) -> bool:
                 msg = f"{path}: damaged: the index has a wrong checksum"
                 raise TraceError(msg)
     except OSError as error:
-        raise _unreadable(path, error) from error
+        raise unreadable(path, error) from error
     return True
 
 
@@ -208,26 +212,6 @@ def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, 
     for message in messages:
         if message.event_type is not None:
             yield message.time_ns, decoded(path, message)
-
-
-def file_records(path: Path) -> Iterator[tuple[int, bytes]]:
-    """The records of the data section as opcode and content; ends with `DATA_END` unless the file was cut short."""
-    try:
-        with path.open("rb") as stream:
-            if stream.read(len(MAGIC)) != MAGIC:
-                msg = f"{path}: not an MCAP file"
-                raise TraceError(msg)
-            opcode = 0
-            while opcode != Opcode.DATA_END:
-                head = stream.read(RECORD.size)
-                if len(head) < RECORD.size:
-                    return
-                opcode, length = RECORD.unpack(head)
-                if length > path.stat().st_size - stream.tell():
-                    return
-                yield opcode, stream.read(length)
-    except OSError as error:
-        raise _unreadable(path, error) from error
 
 
 @dataclass(slots=True)
@@ -285,30 +269,6 @@ def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> It
             contents.announce(Channel.read(from_bytes(body)))
 
 
-def chunk_records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The records of an unpacked chunk as opcode and content."""
-    at = 0
-    while at < len(data):
-        opcode, length = RECORD.unpack_from(data, at)
-        at += RECORD.size
-        yield opcode, data[at : at + length]
-        at += length
-
-
-def uncompressed(chunk: Chunk) -> bytes:
-    """The records of a chunk, checked against its checksum."""
-    data = zstandard.decompress(chunk.data, chunk.uncompressed_size) if chunk.compression == "zstd" else chunk.data
-    if zlib.crc32(data) != chunk.uncompressed_crc:
-        msg = "a chunk has a wrong checksum"
-        raise ValueError(msg)
-    return data
-
-
-def from_bytes(body: bytes) -> ReadDataStream:
-    """The content of a record, for the record classes of `mcap`."""
-    return ReadDataStream(BytesIO(body))
-
-
 def _event_type(channel: Channel, schema: Schema) -> tuple[type[Event] | None, int | None]:
     """The event class of a channel, and how many of its fields are there if not all; no class for an unknown topic."""
     event_type = TYPE_OF_TOPIC.get(channel.topic)
@@ -334,20 +294,3 @@ def _check_version(path: Path | str, run: Mapping[str, str]) -> None:
         f"{remedy}"
     )
     raise TraceError(msg)
-
-
-@contextmanager
-def blame(path: Path) -> Iterator[None]:
-    """Turn what broken bytes can raise into a `TraceError` that names the file."""
-    try:
-        yield
-    except (TraceError, *_BROKEN) as error:
-        raise _damaged(path, error) from error
-
-
-def _damaged(path: Path | str, error: Exception) -> TraceError:
-    return TraceError(f"{path}: {error}" if isinstance(error, TraceError) else f"{path}: damaged: {error}")
-
-
-def _unreadable(path: Path | str, error: OSError) -> TraceError:
-    return TraceError(f"{path}: cannot read the trace: {error.strerror or error}")
