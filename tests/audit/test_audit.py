@@ -136,6 +136,9 @@ BROKEN: dict[str, tuple[Change, str, int | None, int | None]] = {
     "airtime that is not booked": (
         changed(EnergyLedger, state=["listen", "transmit", "listen", "listen", "listen"]), "airtime is booked", 20, 2,
     ),
+    "airtime of another kind": (
+        changed(EnergyLedger, kind=["", "hello", "", "hello", ""]), "airtime is booked", 20, 2,
+    ),
     "above one": (changed(Marginals, probability=[-0.25, 1.25]), "probabilities are in [0, 1]", 10, 1),
     "no number": (changed(Belief, probability=[float("nan"), 0.5]), "probabilities are in [0, 1]", 10, 1),
     "outside of its bounds": (changed(PairProbabilities, high=[0.4]), "probabilities are in [0, 1]", 10, 1),
@@ -186,8 +189,13 @@ def test_frames_under_way_on_the_ideal_medium_are_recorded_after_one_that_a_cras
         with_event(14, state(2, "off")),
         with_event(14, air(4, 12, 14, (2, BROADCAST), 4, (1, "dead"), (3, "dead"))),
         with_event(17, air(3, 11, 12, (2, BROADCAST), 4, (1, "lost"), (3, "lost"))),
-        changed(EnergyLedger, time_s=[0.019, 0.001, 0.015, 0.005, 0.02]),
-    ):
+        changed(
+            EnergyLedger, node=[1, 1, 2, 2, 2, 3], device=["radio"] * 6,
+            state=["listen", "transmit", "listen", "transmit", "transmit", "listen"],
+            kind=["", "hello", "", "answer", "hello", ""], energy_j=[0.375, 0.125, 0.125, 0.0625, 0.0625, 0.1],
+            time_s=[0.019, 0.001, 0.015, 0.002, 0.003, 0.02],
+        ),
+    ):  # fmt: skip
         rows = change(rows)
     assert check_trace(write_rows(tmp_path / "t.mcap", rows, files=files)) == []
 
