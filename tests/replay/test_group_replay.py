@@ -75,6 +75,16 @@ def test_sleepers_have_rings_and_short_naps_have_none(rows: Table) -> None:
     assert np.mean(np.array(rings[0][0])[:-1], axis=0) == pytest.approx([20.0, 0.0], abs=1e-4)
 
 
+def test_nobody_sleeps_before_the_window(tmp_path: Path) -> None:
+    with TraceWriter(tmp_path / "nap.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b", "c"), 0)
+        for time_ns, event in STORY:
+            writer.write(event, time_ns)
+    rows = recording(tmp_path / "nap.mcap", tmp_path, tick_s=0.1, start_s=3.05)
+    rings = timed(rows["/map/asleep"], "LineStrips2D:strips")
+    assert {at: len(each) for at, each in rings.items()} == {round(3.05 * S): 1, 4 * S: 0}
+
+
 def test_entropy_is_of_all_that_have_spoken(rows: Table) -> None:
     mean, most = (timed(rows[f"/plots/entropy/{name}"], "Scalars:scalars") for name in ("mean_entropy", "most"))
     assert [(at, *value) for at, value in mean.items()][:2] == [(2 * S, 1.0), (3 * S, 0.5)]
