@@ -63,7 +63,6 @@ _FINITE: Mapping[type[Any], tuple[str, ...]] = {
     NodeEnergy: ("consumed_j",),
     EnergyLedger: ("energy_j", "time_s"),
     TruthTargets: ("x_m", "y_m"),
-    TruthOrigins: ("x_m", "y_m"),
     FieldInfo: ("x_m", "y_m", "width_m", "height_m"),
     Frame: ("tx_power_dbm",),
     Estimate: ("x_m", "y_m"),

@@ -35,6 +35,7 @@ from netsim.trace.events import (
     NodeTable,
     PairProbabilities,
     RadioState,
+    TruthOrigins,
 )
 from netsim.trace.fingerprint import fingerprint
 
@@ -198,6 +199,11 @@ def test_frames_under_way_on_the_ideal_medium_are_recorded_after_one_that_a_cras
     ):  # fmt: skip
         rows = change(rows)
     assert check_trace(write_rows(tmp_path / "t.mcap", rows, files=files)) == []
+
+
+def test_a_bearing_has_no_place(tmp_path: Path) -> None:
+    rows = with_event(0, TruthOrigins(1, [float("nan")], [float("nan")], [0]))(good_rows())
+    assert check_trace(write_rows(tmp_path / "trace.mcap", rows)) == []
 
 
 def test_a_jammer_takes_numbers_too(tmp_path: Path) -> None:
