@@ -76,10 +76,12 @@ class TrailTrack:
             look = rr.LineStrips2D.from_fields(colors=[shown_as], radii=[-0.9], draw_order=style.ORDER["trails"])
             yield static(own, look)
             times = np.array([time_ns for time_ns, _, _ in each], np.int64)
-            shown = np.flatnonzero(times >= self._pace.start_ns)
-            strips = [places[max(0, last - _LENGTH + 1) : last + 1] for last in shown.tolist()]
-            if strips:
-                yield timed(own, times[shown], rr.LineStrips2D.columns(strips=strips).partition([1] * len(strips)))
+            first = max(0, int(np.searchsorted(times, self._pace.start_ns, "right")) - 1)
+            strips = [places[max(0, last - _LENGTH + 1) : last + 1] for last in range(first, len(times))]
+            at_ns = np.maximum(
+                times[first:], self._pace.start_ns
+            )  # what was left before the window is there at its start
+            yield timed(own, at_ns, rr.LineStrips2D.columns(strips=strips).partition([1] * len(strips)))
 
     def _own_colour(self, path: str, name: str) -> style.Rgba | None:
         """That of a track, and dimmer that of a target; None where they have none."""

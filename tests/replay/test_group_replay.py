@@ -9,6 +9,7 @@ from recordings import Table, named_nodes, recording, timed
 from netsim.trace.events import (
     RADIO_STATE_CODE,
     Belief,
+    Estimate,
     Event,
     FieldInfo,
     Group,
@@ -124,3 +125,18 @@ def test_a_window_shows_what_still_holds_and_for_no_longer_than_it_does(tmp_path
 def test_a_curve_begins_with_the_window(tmp_path: Path) -> None:
     mean = timed(told_early(tmp_path, 12.0)["/plots/entropy/mean_entropy"], "Scalars:scalars")
     assert {at: value[0] for at, value in mean.items()} == {12 * S: 1.0, 20 * S: 1.0}
+
+
+def test_estimates_and_trails_of_before_the_window_are_there_at_its_start(tmp_path: Path) -> None:
+    with TraceWriter(tmp_path / "t.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b"), 0)
+        for second, covariance in ((1, []), (2, [4.0, 0.0, 1.0]), (8, [])):
+            writer.write(Estimate(0, 0, float(second), 0.0, covariance), second * S)
+        writer.write(Log(20, 0, 2, "end", "a", "", 0), 20 * S)
+    rows = recording(tmp_path / "t.mcap", tmp_path, start_s=5.0)
+    points = timed(rows["/map/estimates/0"], "Points2D:positions")
+    assert {at: place[0][0] for at, place in points.items()} == {5 * S: 2.0, 8 * S: 8.0}
+    ellipses = timed(rows["/map/estimates/0/ellipse"], "LineStrips2D:strips")
+    assert {at: len(each) for at, each in ellipses.items()} == {5 * S: 1, 8 * S: 0}  # the last one has none
+    trails = timed(rows["/map/trails/0"], "LineStrips2D:strips")
+    assert {at: len(each[0]) for at, each in trails.items()} == {5 * S: 2, 8 * S: 3}
