@@ -27,7 +27,7 @@ RULES: Final[Sequence[Callable[[Run], Rule]]] = (
     lambda _: Values(),
     KnownNodes,
     lambda _: Lives(),
-    lambda _: FrameTimes(),
+    FrameTimes,
     AwakeNodes,
     Outcomes,
     EveryListener,

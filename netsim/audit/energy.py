@@ -17,13 +17,16 @@ from netsim.errors import ScenarioError
 from netsim.models.device_tables import load_battery
 from netsim.trace.events import EnergyHarvest, EnergyLedger, Event, Frame, NodeEnergy, NodeTable
 from netsim.trace.recorder import Handler
-from netsim.units import NS_PER_S, s_to_ns
+from netsim.units import NS_PER_S
 
 RELATIVE = 1e-9
 SMALLEST_J = 1e-12
 SMALLEST_S = 1e-9
 _ULPS = 4
 _TOLERANCE = f"to a relative {RELATIVE:g}"
+
+_Entry = tuple[int, str, str]
+"""Node, state of its radio, kind of message."""
 
 
 class LedgerCloses:
@@ -163,7 +166,7 @@ class BatteryCloses:
 
 
 class AirtimeIsBooked:
-    """The time a node's ledger has for transmitting is the time its frames were on the air."""
+    """The time a node's ledger has for transmitting each kind of message is the time its frames of it were on the air."""
 
     _LABELS: Mapping[str, tuple[bool, bool, bool]] = {
         "strobe_transmit": (True, False, False),
@@ -174,9 +177,8 @@ class AirtimeIsBooked:
 
     def __init__(self, run: Run) -> None:
         self._tally = Tally("airtime is booked", "ledger entries", "but for what was on its way at the end")
-        delay_s = run.medium.get("delay_s", 0.0)
-        self._under_way_ns = s_to_ns(delay_s) if isinstance(delay_s, int | float) else 0
-        self._air_ns: defaultdict[tuple[int, str], int] = defaultdict(int)
+        self._under_way_ns = run.delay_ns
+        self._air_ns: defaultdict[_Entry, int] = defaultdict(int)
         self._longest_ns = 0
 
     @property
@@ -193,21 +195,24 @@ class AirtimeIsBooked:
 
     def _add(self, event: Frame, _: int) -> None:
         airtime_ns = event.t_end_ns - event.t_start_ns
-        self._air_ns[event.source, _label(event)] += airtime_ns
+        self._air_ns[event.source, _label(event), event.kind] += airtime_ns
         self._longest_ns = max(self._longest_ns, airtime_ns)
 
     def _close(self, event: EnergyLedger, now_ns: int) -> None:
-        booked: defaultdict[tuple[int, str], list[float]] = defaultdict(list)
-        for node, device, state, time_s in zip(event.node, event.device, event.state, event.time_s, strict=False):
+        booked: defaultdict[_Entry, list[float]] = defaultdict(list)
+        columns = (event.node, event.device, event.state, event.kind, event.time_s)
+        for node, device, state, kind, time_s in zip(*columns, strict=False):
             if device == "radio" and state in self._LABELS:
-                booked[int(node), state].append(float(time_s))
-        for node, state in sorted({*booked, *self._air_ns}):
+                booked[int(node), state, kind].append(float(time_s))
+        for entry in sorted({*booked, *self._air_ns}):
+            node, state, kind = entry
             self._tally.looked += 1
-            booked_s, air_s = math.fsum(booked.get((node, state), ())), self._air_ns[node, state] / NS_PER_S
+            booked_s, air_s = math.fsum(booked.get(entry, ())), self._air_ns[entry] / NS_PER_S
             more_s = booked_s - air_s
             slack_s = RELATIVE * booked_s + SMALLEST_S
             if not -slack_s <= more_s <= slack_s + (self._longest_ns + self._under_way_ns) / NS_PER_S:
-                self._tally.found(f"{state}: booked {booked_s:.9f} s, on the air {air_s:.9f} s", now_ns, node)
+                what = f"{state} `{kind}`: booked {booked_s:.9f} s, on the air {air_s:.9f} s"
+                self._tally.found(what, now_ns, node)
 
 
 def _label(frame: Frame) -> str:

@@ -17,25 +17,37 @@ from netsim.trace.events import (
     RadioState,
 )
 from netsim.trace.recorder import Handler
-from netsim.units import s_to_ns
 
 _RECEIVED, _OVERHEARD = OUTCOME_CODE["received"], OUTCOME_CODE["overheard"]
 _DECODED = (_RECEIVED, _OVERHEARD)
 _DOWN = {RADIO_STATE_CODE[name]: name for name in ("sleep", "idle", "off", "dead")}
 _TRANSMIT = RADIO_STATE_CODE["transmit"]
+_MOST_SKIPPED = 1_000_000
+"""Numbers that may be open at once; beyond that a number is nonsense."""
 
 
 class FrameTimes:
-    """Frames are numbered once, take time, and are recorded at their end or after it; one sender's never overlap.
+    """Frames are numbered as they begin, take time, and are recorded at their end; one sender's never overlap.
+
+    On the ideal medium they are recorded when its delay has passed as well. Jammers take numbers too, so that numbers are
+    missed only where there are none.
 
     It keeps the numbers that are not yet used below the greatest one (of what is on the air), and each sender's last frame.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, run: Run) -> None:
         self._times = Tally("frames have their time", "frames")
         self._overlaps = Tally("one frame at a time", "frames")
+        if run.has_jammers:
+            self._times.note = "a number that is missing may be a jammer's"
+        self._misses = bool(run.scenario) and not run.has_jammers
+        self._delay_ns = run.delay_ns
         self._greatest = 0
-        self._open: set[int] = set()
+        self._begun_ns = 0
+        """When the frame of the greatest number began."""
+        self._open: dict[int, tuple[int, int]] = {}
+        """Numbers not yet seen, with the beginnings of the frames before and after."""
+        self._longest_ns = 0
         self._last: dict[int, tuple[int, int]] = {}
 
     @property
@@ -48,18 +60,23 @@ class FrameTimes:
         return {Frame: self._look}
 
     def conclude(self, end: End) -> None:
-        """See `Rule`."""
+        """See `Rule`. What began less than the longest frame's time ago may be on its way at the end."""
+        if not self._misses or not end.is_whole:
+            return
+        latest_ns = end.time_ns - self._longest_ns - self._delay_ns
+        for number, (_, before_ns) in self._open.items():
+            if before_ns < latest_ns:
+                self._times.found(f"frame {number} is missing, which began by {seconds(before_ns)} s")
 
     def _look(self, event: Frame, now_ns: int) -> None:
         start_ns, end_ns, source = event.t_start_ns, event.t_end_ns, event.source
         self._times.looked += 1
         self._overlaps.looked += 1
-        self._number(event.frame_id, now_ns, source)
-        if not 0 <= start_ns <= end_ns <= now_ns:
-            what = f"frame {event.frame_id}: from {seconds(start_ns)} s to {seconds(end_ns)} s, recorded before its end"
-            self._times.found(
-                what if start_ns <= end_ns else f"frame {event.frame_id} ends before it begins", now_ns, source
-            )
+        self._longest_ns = max(self._longest_ns, end_ns - start_ns)
+        self._number(event, now_ns)
+        what = self._wrong(event, now_ns)
+        if what:
+            self._times.found(f"frame {event.frame_id}{what}", now_ns, source)
         begun_ns, over_ns = self._last.get(source, (-1, -1))
         if start_ns < over_ns and end_ns > begun_ns:
             what = (
@@ -69,14 +86,41 @@ class FrameTimes:
         if end_ns >= over_ns:
             self._last[source] = (start_ns, end_ns)
 
-    def _number(self, number: int, now_ns: int, source: int) -> None:
-        if number > self._greatest:
-            self._open.update(range(self._greatest + 1, number))
-            self._greatest = number
+    def _wrong(self, event: Frame, now_ns: int) -> str:
+        """What is wrong with the times of a frame; one that a crash breaks off is recorded at once."""
+        start_ns, end_ns = event.t_start_ns, event.t_end_ns
+        if start_ns > end_ns:
+            return " ends before it begins"
+        lasted = f": from {seconds(start_ns)} s to {seconds(end_ns)} s"
+        if start_ns < 0 or end_ns > now_ns:
+            return f"{lasted}, recorded before its end"
+        if now_ns - end_ns not in (0, self._delay_ns):
+            return (
+                f"{lasted}, recorded {seconds(now_ns - end_ns)} s after its end, expected {seconds(self._delay_ns)} s"
+            )
+        return ""
+
+    def _number(self, event: Frame, now_ns: int) -> None:
+        number, start_ns, source = event.frame_id, event.t_start_ns, event.source
+        if number > self._greatest + _MOST_SKIPPED:
+            self._times.found(f"expected a frame of a number near {self._greatest + 1}, got {number}", now_ns, source)
+        elif number > self._greatest:
+            between = (self._begun_ns, start_ns)
+            self._open.update(dict.fromkeys(range(self._greatest + 1, number), between))
+            self._order(number, start_ns, (self._begun_ns, start_ns), now_ns, source)
+            self._greatest, self._begun_ns = number, start_ns
         elif number in self._open:
-            self._open.remove(number)
+            self._order(number, start_ns, self._open.pop(number), now_ns, source)
         else:
             self._times.found(f"a second frame {number}", now_ns, source)
+
+    def _order(self, number: int, start_ns: int, between: tuple[int, int], now_ns: int, source: int) -> None:
+        if not between[0] <= start_ns <= between[1]:
+            low, high = map(seconds, between)
+            what = (
+                f"frame {number} began at {seconds(start_ns)} s, those numbered before and after at {low} and {high} s"
+            )
+            self._times.found(what, now_ns, source)
 
 
 class _Down:
@@ -124,8 +168,7 @@ class AwakeNodes:
         self._radios, self._lives = _Down(), _Down()
         self._begun: defaultdict[int, deque[int]] = defaultdict(deque)
         self._longest_ns = 0
-        delay_s = run.medium.get("delay_s", 0.0)
-        self._delay_ns = s_to_ns(delay_s) if isinstance(delay_s, int | float) else 0
+        self._delay_ns = run.delay_ns
 
     @property
     def tallies(self) -> Sequence[Tally]:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from netsim.audit.tally import Tally
 from netsim.trace.events import Event
 from netsim.trace.recorder import Handler
+from netsim.units import s_to_ns
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +37,28 @@ class Run:
         return medium if isinstance(medium, dict) else {}
 
     @property
+    def delay_ns(self) -> int:
+        """How long after its end a frame is recorded: the delay of the ideal medium, 0 on others."""
+        delay_s = self.medium.get("delay_s", 0.0)
+        return s_to_ns(delay_s) if isinstance(delay_s, int | float) else 0
+
+    @property
+    def has_jammers(self) -> bool:
+        """Whether a fault rule is a jammer."""
+        return any(rule.get("type") == "jammer" for rule in self._faults)
+
+    @property
+    def _faults(self) -> list[dict[str, Any]]:
+        faults = self.scenario.get("faults")
+        return [rule for rule in faults if isinstance(rule, dict)] if isinstance(faults, list) else []
+
+    @property
     def garbles(self) -> bool:
         """Whether a fault rule lets corrupted frames pass the checksum.
 
         Their wrong bytes may name nodes and messages that there are not, or others than were meant.
         """
-        faults = self.scenario.get("faults")
-        rules = [rule for rule in faults if isinstance(rule, dict)] if isinstance(faults, list) else []
-        return any(rule.get("undetected_share", 0.0) > 0.0 for rule in rules)
+        return any(rule.get("undetected_share", 0.0) > 0.0 for rule in self._faults)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,12 @@ from netsim.trace.events import (
     RADIO_STATES,
     Belief,
     EnergyBudget,
+    EnergyHarvest,
     EnergyLedger,
+    Estimate,
     Event,
     Fault,
+    FieldInfo,
     Frame,
     GraphMessages,
     Handoff,
@@ -29,6 +32,7 @@ from netsim.trace.events import (
     NodePositions,
     NodeTable,
     PairProbabilities,
+    Particles,
     RadioState,
     TruthOrigins,
     TruthTargets,
@@ -59,6 +63,13 @@ _FINITE: Mapping[type[Any], tuple[str, ...]] = {
     NodeEnergy: ("consumed_j",),
     EnergyLedger: ("energy_j", "time_s"),
     TruthTargets: ("x_m", "y_m"),
+    FieldInfo: ("x_m", "y_m", "width_m", "height_m"),
+    Frame: ("tx_power_dbm",),
+    Estimate: ("x_m", "y_m"),
+    Belief: ("origin_x_m", "origin_y_m", "cell_m"),
+    Particles: ("x_m", "y_m", "weight"),
+    EnergyHarvest: ("offered_j", "spilled_j"),
+    EnergyBudget: ("spent_j",),
 }
 _WORDS: Mapping[tuple[type[Any], str], frozenset[Any]] = {
     (NodeTable, "role"): frozenset({"sensor", "sink"}),
@@ -226,7 +237,9 @@ class _Among:
 
 def _not_finite(values: Any) -> str:
     numbers = np.asarray(values)
-    return "" if np.isfinite(numbers).all() else f"got {numbers[~np.isfinite(numbers)][0]}"
+    return (
+        "" if np.isfinite(numbers).all() else f"expected a finite number, got {numbers[~np.isfinite(numbers)].flat[0]}"
+    )
 
 
 def _node_of(event: Any) -> int | None:

@@ -23,7 +23,7 @@ from netsim.export.ieee802154 import (
     data_frame,
 )
 from netsim.export.job import ExportWarning, Job
-from netsim.export.ordering import ByStart, longest_frame_ns
+from netsim.export.ordering import ByStart, longest_wait_ns
 from netsim.export.sequences import SequenceNumbers
 from netsim.export.setting import Setting, load_setting
 from netsim.trace.events import BROADCAST, OUTCOME_CODE, Event, Frame
@@ -60,7 +60,7 @@ class Capture:
         self._setting = load_setting(job.trace)
         _warn(self._setting)
         self._numbers = SequenceNumbers()
-        self._order = ByStart(longest_frame_ns(job.trace, job.selection.start_ns, job.selection.end_ns))
+        self._order = ByStart(longest_wait_ns(job.trace, job.selection.start_ns, job.selection.end_ns))
         self._stream: BinaryIO = path.open("wb")
         self._stream.write(_FILE_HEAD)
 
@@ -86,7 +86,7 @@ class Capture:
         )
         seconds, rest_ns = divmod(frame.t_start_ns, NS_PER_S)
         record = _RECORD_HEAD.pack(seconds, rest_ns, len(packet), len(packet)) + packet
-        self._write(self._order.add(frame.t_start_ns, frame.t_end_ns, frame.frame_id, record))
+        self._write(self._order.add(frame.t_start_ns, time_ns, frame.frame_id, record))
 
     def _write(self, records: Iterable[bytes]) -> None:
         self._stream.writelines(records)

@@ -18,7 +18,7 @@ class SequenceNumbers:
 
     The numbers of each sender begin with 0 at the first frame seen, where a MAC begins anywhere; and a frame that found the
     channel busy until it was given up took a number, but was never on the air. An acknowledgement has the number of the last
-    frame from its destination to its source. Frames are to be given in the order in which they end.
+    frame from its destination to its source. Frames are to be given in the order in which they were recorded.
     """
 
     def __init__(self) -> None:

@@ -59,12 +59,17 @@ class Palette:
 
 def _counted(samples: Sequence[Pixels]) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """The colours of some pictures, and how many pixels each has."""
-    total = np.zeros(1 << 24, np.int64)
-    for sample in samples:
-        red, green, blue = np.moveaxis(sample.reshape(-1, 3).astype(np.int32), -1, 0)
-        total += np.bincount((red << 16) | (green << 8) | blue, minlength=1 << 24)
-    codes = np.flatnonzero(total)
-    return np.stack([codes >> 16, (codes >> 8) & 255, codes & 255], axis=1).astype(np.uint8), total[codes]
+    found = [np.unique(_packed(sample), return_counts=True) for sample in samples]
+    codes, place = np.unique(np.concatenate([code for code, _ in found]), return_inverse=True)
+    counts = np.zeros(len(codes), np.int64)
+    np.add.at(counts, place, np.concatenate([count for _, count in found]))
+    return np.stack([codes >> 16, (codes >> 8) & 255, codes & 255], axis=1).astype(np.uint8), counts
+
+
+def _packed(pixels: Pixels) -> NDArray[np.int32]:
+    """Each colour as one number."""
+    red, green, blue = np.moveaxis(pixels.reshape(-1, 3).astype(np.int32), -1, 0)
+    return np.asarray((red << 16) | (green << 8) | blue)
 
 
 def _commonest(colours: NDArray[np.uint8], counts: NDArray[np.int64]) -> NDArray[np.uint8]:

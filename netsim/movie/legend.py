@@ -45,7 +45,7 @@ def _messages(story: Story, look: Look) -> Iterator[Entry]:
     layers = np.unique(story.flights.layer)
     kinds = story.kinds
     for number, kind in enumerate(kinds[:_MOST_KINDS]):
-        yield Entry(kind, "arrow", [look.kind(number)])
+        yield Entry(kind, "arrow", [look.kind(story.places[number])])
     if len(kinds) > _MOST_KINDS:
         yield Entry(f"and {len(kinds) - _MOST_KINDS} more kinds")
     if {ACKS, LOST_ACKS} & set(layers.tolist()):

@@ -64,7 +64,7 @@ class Messages:
             colour, width = fixed[layer]
         else:
             kind, is_broadcast = divmod(layer - FIRST_KIND, 2)
-            colour, width = look.kind(kind), _BROADCAST if is_broadcast else _KIND
+            colour, width = look.kind(self._story.places[kind]), _BROADCAST if is_broadcast else _KIND
             if count > (_MANY_BROADCASTS if is_broadcast else _MANY_ARROWS):
                 colour, width = (*colour[:3], _PALE), _PALE * width
         return colour, max(width * self._size, 0.7)

@@ -33,7 +33,9 @@ class Story:
         reel: Which instants it shows.
         moments: What each picture shows, messages aside.
         flights: All flights, in the order in which they start.
-        kinds: Message kinds in the order in which they were met, which gives them their colours.
+        kinds: Message kinds in the order in which they were met.
+        places: Of each of these, its place in the order of colours: that in which messages of them were first sent in the
+            run, as in a replay.
         rates: Messages per second of each kind in each bar of `reel.bin_ns`; shape (kinds, bars).
         has_strobes: Whether there are wake-up frames.
     """
@@ -42,6 +44,7 @@ class Story:
     moments: list[Moment]
     flights: Flights
     kinds: list[str]
+    places: list[int]
     rates: NDArray[np.float64]
     has_strobes: bool
 
@@ -84,13 +87,17 @@ def read_story(
         if count % _LOOK_EVERY == 0:
             progress("reading", max(0, time_ns - reel.start_ns) / 1e9, (reel.end_ns - reel.start_ns) / 1e9)
     moments += [state.moment(time_ns) for time_ns in times_ns[len(moments) :]]
-    return Story(reel, moments, traffic.flights(), traffic.kinds, traffic.rates(), traffic.has_strobes)
+    flights = traffic.flights()
+    return Story(reel, moments, flights, traffic.kinds, traffic.places, traffic.rates(), traffic.has_strobes)
 
 
 def _events(trace: Path, reel: Reel, lasting: set[str]) -> Iterator[tuple[int, Event]]:
-    """What still holds from before the window, and what happens in it; of frames those that end after it too."""
+    """What still holds from before the window, and what happens in it; of frames those that end after it too.
+
+    Messages from before the window give kinds their colours.
+    """
     lead_ns = max(0, reel.start_ns - reel.hold_ns - _LEAD_NS)
-    before = read_trace(trace, lasting, 0, lead_ns) if lead_ns else iter(())
+    before = read_trace(trace, {*lasting, MessageSent.topic}, 0, lead_ns) if lead_ns else iter(())
     topics = {*lasting, Frame.topic, MessageSent.topic}
     window = read_trace(trace, topics, lead_ns, reel.end_ns)
     after = read_trace(trace, {Frame.topic}, reel.end_ns, reel.end_ns + _LEAD_NS)
@@ -136,10 +143,17 @@ class _Traffic:
         self._block = _Block()
         self._parts: list[Flights] = []
         self._counts: dict[tuple[int, int], int] = {}
+        self._places: dict[str, int] = {}
         self.kinds: list[str] = []
         self.has_strobes = False
 
+    @property
+    def places(self) -> list[int]:
+        return [self._places[kind] for kind in self.kinds]
+
     def take(self, time_ns: int, event: Event) -> None:
+        if isinstance(event, MessageSent):
+            self._places.setdefault(event.kind, len(self._places))
         if isinstance(event, Frame):
             self._take_frame(event)
         elif isinstance(event, MessageSent) and self._reel.start_ns <= time_ns <= self._reel.end_ns:
@@ -158,6 +172,7 @@ class _Traffic:
             self._flush()
 
     def _kind(self, kind: str) -> int:
+        self._places.setdefault(kind, len(self._places))
         if self._wanted is not None and kind not in self._wanted:
             return -1
         if kind not in self.kinds:

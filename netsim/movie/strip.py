@@ -30,7 +30,7 @@ class Strip:
     def dim(self, is_dim: bool) -> None:
         """Have the bars dim, or bright."""
         for number, bars in enumerate(self._bars):
-            colour = self._look.kind(number)
+            colour = self._look.kind(self._story.places[number])
             bars.set_facecolor(_mixed(colour, self._look.strip, _DIM) if is_dim else colour)
 
     def x(self, time_ns: int) -> float:
@@ -51,7 +51,8 @@ class Strip:
         left, right = edges[used], np.maximum(edges[used + 1] - gap, edges[used] + 0.5)
         corners = [(left, lower), (right, lower), (right, upper), (left, upper)]
         outlines = np.stack([np.column_stack(corner) for corner in corners], axis=1)
-        return PolyCollection(list(outlines), facecolors=[self._look.kind(number)], edgecolors="none", antialiased=True)
+        colour = self._look.kind(self._story.places[number])
+        return PolyCollection(list(outlines), facecolors=[colour], edgecolors="none", antialiased=True)
 
     def _draw_frame(self, axes: Axes) -> None:
         box, font, look = self._box, self._font, self._look

@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from netsim.errors import NetsimError, ScenarioError, TraceError
-from netsim.replay.check import check_instant, check_window, node_ids
+from netsim.replay.check import check_instant, check_window, node_ids, node_table
 from netsim.replay.options import ReplayOptions
-from netsim.replay.whole import whole
+from netsim.trace.mending import mended
 
 __all__ = [
     "ReplayOptions",
@@ -41,10 +41,11 @@ def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None 
         TraceError: If the trace cannot be read, is damaged or names no nodes, or the recording cannot be written.
     """
     check_window(trace, options or ReplayOptions())
+    node_table(Path(trace))  # what is wrong is said of the trace, not of a copy
     from netsim.replay.convert import save_recording
 
     try:
-        with whole(Path(trace)) as complete:
+        with mended(Path(trace)) as complete:
             save_recording(complete, Path(rrd_path), options or ReplayOptions())
     except (OSError, RuntimeError) as error:
         msg = f"{rrd_path}: cannot write the recording: {error}"

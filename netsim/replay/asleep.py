@@ -86,4 +86,8 @@ class AsleepTrack:
             asleep = (asleep - ended) | begun
             rows += sorted(asleep)
             lengths.append(len(asleep))
-        return instants * tick_ns, np.array(lengths, np.int64), np.array(rows, np.int64)
+        return (
+            np.maximum(instants * tick_ns, self._pace.start_ns),
+            np.array(lengths, np.int64),
+            np.array(rows, np.int64),
+        )

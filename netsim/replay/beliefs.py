@@ -1,7 +1,7 @@
 """Beliefs on a grid: cells coloured by their probability, under everything else on the map."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import rerun as rr
@@ -37,7 +37,7 @@ class BeliefTrack:
         """One row a belief."""
         names = line_names(batch)
         for name in np.unique(names).tolist():
-            mine = batch.where(names == name).from_start(self._setting.pace.start_ns)
+            mine = batch.where(names == name).since(self._setting.pace.start_ns)
             if name not in self._shapes:
                 self._shapes[name] = self._shape(mine)
                 yield from self._look(mine, name)
@@ -47,7 +47,11 @@ class BeliefTrack:
         """Beliefs that ended before the window does fade."""
         for name, last_ns in self._last_ns.items():
             if last_ns + HOLD_NS < self._setting.pace.end_ns:
-                yield self._chunk(name, [(last_ns + HOLD_NS, self._blank(name))])
+                yield self._chunk(name, {self._at(last_ns + HOLD_NS): self._blank(name)})
+
+    def _at(self, time_ns: int) -> int:
+        """When something of an instant is shown: not before the window."""
+        return max(time_ns, self._setting.pace.start_ns)
 
     def _shape(self, batch: Batch) -> tuple[int, int]:
         """Rows and columns of the grid: those that cover the field, or the cells there are."""
@@ -78,15 +82,15 @@ class BeliefTrack:
         cells, lengths = batch.rows("cell")
         chances, _ = batch.rows("probability")
         ends = np.cumsum(lengths)[:-1]
-        told: list[tuple[int, Image]] = []
+        told: dict[int, Image] = {}
         for time_ns, cell, chance in zip(
             batch.time_ns.tolist(), np.split(cells, ends), np.split(chances, ends), strict=True
         ):
             last_ns = self._last_ns.get(name, time_ns)
             if time_ns > last_ns + HOLD_NS:
-                told.append((last_ns + HOLD_NS, self._blank(name)))
+                told[self._at(last_ns + HOLD_NS)] = self._blank(name)
             self._last_ns[name] = time_ns
-            told.append((time_ns, self._picture(name, cell, chance)))
+            told[self._at(time_ns)] = self._picture(name, cell, chance)
         return self._chunk(name, told)
 
     def _picture(self, name: str, cell: NDArray[np.int64], chance: NDArray[np.float64]) -> Image:
@@ -101,9 +105,9 @@ class BeliefTrack:
     def _blank(self, name: str) -> Image:
         return np.zeros((*self._shapes[name], 4), np.uint8)
 
-    def _chunk(self, name: str, told: Sequence[tuple[int, Image]]) -> Chunk:
-        times_ns = np.array([time_ns for time_ns, _ in told], np.int64)
-        buffers = [np.ascontiguousarray(image).reshape(-1) for _, image in told]
+    def _chunk(self, name: str, told: Mapping[int, Image]) -> Chunk:
+        times_ns = np.array(list(told), np.int64)
+        buffers = [np.ascontiguousarray(image).reshape(-1) for image in told.values()]
         return timed(_path(name), times_ns, rr.Image.columns(buffer=buffers))
 
 

@@ -81,8 +81,9 @@ def _curves(origin: str, told: list[Told], pace: Pace, names: tuple[str, str]) -
         latest[place[begin:end]] = values[begin:end]
         means.append(float(np.nanmean(latest)))
         mosts.append(float(np.nanmax(latest)))
-    shown = instants >= pace.start_ns
-    times = np.append(instants[shown], pace.end_ns)  # what was said last holds to the end
+    first = max(0, int(np.searchsorted(instants, pace.start_ns, "right")) - 1)
+    # What was said last before the window holds at its start, and what was said last of all to its end.
+    times = np.concatenate([np.maximum(instants[first:], pace.start_ns), [pace.end_ns]])
     for name, curve, colour in zip(names, (means, mosts), (style.MEAN, style.LEAST), strict=True):
         path = f"{origin}/{name.replace(' ', '_')}"
         look = rr.SeriesLines(
@@ -93,4 +94,4 @@ def _curves(origin: str, told: list[Told], pace: Pace, names: tuple[str, str]) -
             aggregation_policy=rr.components.AggregationPolicy.Off,  # what all nodes tell at once is not to be averaged
         )
         yield static(path, look)
-        yield scalars(path, times, np.append(np.array(curve)[shown], curve[-1]))
+        yield scalars(path, times, np.append(np.array(curve)[first:], curve[-1]))

@@ -95,8 +95,13 @@ class FlowTrack:
         yield timed("/graph/caption", time_ns, rr.Points2D.columns(labels=captions).partition([1] * len(shown)))
         wakes = [waking(each, rounds[each.number + 1] if each.number + 1 < len(rounds) else None) for each in shown]
         plain = [[edge for edge in each.messages if edge not in wake] for each, wake in zip(shown, wakes, strict=True)]
-        yield from _arrows("/graph/messages", time_ns, layout, plain, style.FLOW_COLOURS["sends"])
-        yield from _arrows("/graph/wakes", time_ns, layout, [sorted(wake) for wake in wakes], style.FLOW_WAKES)
+        waking_edges = [sorted(wake) for wake in wakes]
+        for path, edges, colour in (
+            ("/graph/messages", plain, style.FLOW_COLOURS["sends"]),
+            ("/graph/wakes", waking_edges, style.FLOW_WAKES),
+        ):
+            if any(edges) or start_ns > 0:  # of a live view there may be arrows from before
+                yield from _arrows(path, time_ns, layout, edges, colour)
 
 
 def _bounds(layout: GraphLayout) -> Ranges:
@@ -172,9 +177,7 @@ def _arrows(
     messages: Sequence[Sequence[tuple[int, int]]],
     colour: style.Rgba,
 ) -> Iterator[Chunk]:
-    """One row of arrows a round, empty where there are none; nothing at all if that is always so."""
-    if not any(messages):
-        return
+    """One row of arrows a round, empty where there are none."""
     drawn = [layout.arrows(each, _MARK * layout.gap_m) for each in messages]
     tails = np.concatenate([tail for tail, _ in drawn]) * _MAP
     ways = np.concatenate([way for _, way in drawn]) * _MAP

@@ -67,7 +67,9 @@ class FrameTrack:
     def met(self) -> Met:
         """What has been met of what the legend tells apart."""
         interference = [str(_REASONS[code]) for code in INTERFERENCE if code in self._interference]
-        return Met(self._setting.kinds.names, interference, self._has_strobes)
+        kinds = self._setting.kinds
+        coloured = [(name, kinds.colour(number)) for number, name in enumerate(kinds.names)]
+        return Met(coloured, interference, self._has_strobes)
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """Arrows of all ticks that no later frame can touch, taking none to be longer than those seen so far."""

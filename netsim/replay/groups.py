@@ -1,6 +1,6 @@
 """Collaboration groups: a hull around the sensors whose readings a leader used, in the colour of its track."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import rerun as rr
@@ -22,6 +22,8 @@ _GONE = np.zeros((0, 2))
 
 Hull = tuple[NDArray[np.float64], float]
 """Closed outline on the map, shape (n, 2), and its width."""
+Told = tuple[list[int], int, bool]
+"""Rows of the members, when they were told, whether the group is a joint one; without members a hull goes."""
 
 
 class GroupTrack:
@@ -48,30 +50,36 @@ class GroupTrack:
 
     def finish(self) -> Iterator[Chunk]:
         """A row an instant; a hull goes after a while without word."""
-        for track, hulls in sorted(self._hulls().items()):
+        for track, groups in sorted(self._groups().items()):
             path = f"/map/groups/{track}"
             look = rr.LineStrips2D.from_fields(colors=[style.kind_colour(track)], draw_order=style.ORDER["groups"])
             yield static(path, look)
-            instants = np.array(sorted(hulls), np.int64)
-            each = [hulls[at_ns] for at_ns in instants.tolist()]
-            drawn = [hull for hull in each if len(hull[0])]
+            shown = self._shown(groups)
+            instants = np.array(sorted(shown), np.int64)
+            hulls = [self._hull(*shown[at_ns]) for at_ns in instants.tolist()]
+            drawn = [hull for hull in hulls if len(hull[0])]
             strips = rr.LineStrips2D.columns(strips=[hull[0] for hull in drawn], radii=[hull[1] for hull in drawn])
-            yield timed(path, instants, strips.partition([int(len(hull[0]) > 0) for hull in each]))
+            yield timed(path, instants, strips.partition([int(len(hull[0]) > 0) for hull in hulls]))
 
-    def _hulls(self) -> dict[int, dict[int, Hull]]:
-        """By track and instant; one without corners where a hull goes."""
-        hulls: dict[int, dict[int, Hull]] = {}
+    def _groups(self) -> dict[int, dict[int, Told]]:
+        """By track and instant; of a joint group its other tracks have none any more. Tracks without any are left out."""
+        groups: dict[int, dict[int, Told]] = {}
         for time_ns, tracks, rows in self._told:
-            at_ns = max(time_ns, self._pace.start_ns)
             for other in tracks[1:]:
-                hulls.setdefault(other, {})[at_ns] = _GONE, 0.0
-            hulls.setdefault(tracks[0], {})[at_ns] = self._hull(rows, time_ns, len(tracks) > 1)
-        for shown in hulls.values():
-            instants = sorted(shown)
-            for time_ns, after_ns in zip(instants, [*instants[1:], self._pace.end_ns], strict=True):
-                if len(shown[time_ns][0]) and time_ns + HOLD_NS < after_ns:
-                    shown[time_ns + HOLD_NS] = _GONE, 0.0
-        return {track: shown for track, shown in hulls.items() if any(len(outline) for outline, _ in shown.values())}
+                groups.setdefault(other, {})[time_ns] = [], time_ns, False
+            groups.setdefault(tracks[0], {})[time_ns] = rows, time_ns, len(tracks) > 1
+        return {track: told for track, told in groups.items() if any(rows for rows, *_ in told.values())}
+
+    def _shown(self, groups: Mapping[int, Told]) -> dict[int, Told]:
+        """What is shown from which instant of the window on."""
+        shown: dict[int, Told] = {}
+        instants = sorted(groups)
+        for time_ns, after_ns in zip(instants, [*instants[1:], self._pace.end_ns], strict=True):
+            over_ns = time_ns + HOLD_NS
+            shown[max(time_ns, self._pace.start_ns)] = groups[time_ns]
+            if groups[time_ns][0] and over_ns < after_ns:
+                shown[max(over_ns, self._pace.start_ns)] = [], over_ns, False
+        return shown
 
     def _hull(self, rows: list[int], time_ns: int, is_joint: bool) -> Hull:
         if not rows:

@@ -68,7 +68,7 @@ class IdentityTrack:
         times = np.array(list(shown), np.int64)
         yield from self._look()
         buffers = [_picture(bars, self.rows).reshape(-1) for bars in shown.values()]
-        yield timed(_BARS, times, rr.Image.columns(buffer=buffers))
+        yield timed(_BARS, times, rr.Image.columns(buffer=buffers, format=[self._size()] * len(buffers)))
         labels = [_labels(bars) for bars in shown.values()]
         every = [label for each in labels for label in each]
         columns = rr.Points2D.columns(
@@ -78,10 +78,13 @@ class IdentityTrack:
         )
         yield timed(_TEXT, times, columns.partition([len(each) for each in labels]))
 
+    def _size(self) -> rr.components.ImageFormat:
+        """The picture's size, told at each instant: in a live view the number of bars grows."""
+        return rr.components.ImageFormat(_COLUMNS, self.rows * _LINES, color_model="RGBA", channel_datatype="U8")
+
     def _look(self) -> Iterator[Chunk]:
-        """The picture's size, and that labels are seen."""
-        size = rr.components.ImageFormat(_COLUMNS, self.rows * _LINES, color_model="RGBA", channel_datatype="U8")
-        yield static(_BARS, rr.Image.from_fields(format=size, magnification_filter="nearest", draw_order=0.0))
+        """How the picture is put, and that labels are seen."""
+        yield static(_BARS, rr.Image.from_fields(magnification_filter="nearest", draw_order=0.0))
         yield static(_BARS, rr.Transform3D.from_fields(scale=[_LONG / _COLUMNS, 1.0 / _LINES, 1.0]))
         yield static(_TEXT, rr.Points2D.from_fields(radii=[0.0], show_labels=True, draw_order=1.0))
 

@@ -55,12 +55,12 @@ class Met:
     """What frames there were.
 
     Attributes:
-        kinds: Message kinds in the order of their colours.
+        kinds: Message kinds as they were met, with their colours.
         interference: How frames were lost to other signals.
         strobes: Whether there were wake-up frames of low-power listening.
     """
 
-    kinds: Sequence[str]
+    kinds: Sequence[tuple[str, style.Rgba]]
     interference: Sequence[str]
     strobes: bool
 
@@ -77,8 +77,8 @@ def marks(scene: Scene, frames: Met, present: Collection[str]) -> list[Mark]:
 
 
 def _arrow_marks(frames: Met, present: Collection[str]) -> Iterator[Mark]:
-    for number, kind in enumerate(frames.kinds):
-        yield Mark(kind, arrow=(style.kind_colour(number), style.KIND_WIDTH))
+    for kind, colour in frames.kinds:
+        yield Mark(kind, arrow=(colour, style.KIND_WIDTH))
     if "/map/acks" in present:
         yield Mark(
             "acknowledgement" + (", wake-up" if frames.strobes else ""), arrow=(style.ACKNOWLEDGEMENT, style.ACK_WIDTH)

@@ -18,7 +18,7 @@ from netsim.replay.convert import Conversion
 from netsim.replay.options import Pace, ReplayOptions, decide
 from netsim.replay.track import Kinds
 from netsim.replay.viewer import listening
-from netsim.replay.whole import whole
+from netsim.trace.mending import mended
 from netsim.trace.reader import TruncatedTraceWarning, has_events, last_time_ns, trace_metadata
 from netsim.trace.writer import partial_path
 from netsim.units import s_to_ns
@@ -79,7 +79,7 @@ class Follower:
 
     def _convert(self, path: Path, window: Pace) -> None:
         before = self._contents
-        with whole(path) as complete:
+        with mended(path) as complete:
             conversion = Conversion(complete, self._options, window, self._kinds)
             contents = conversion.send(self._recording, before.present if before else ())
         if before is not None:

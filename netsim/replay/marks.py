@@ -114,24 +114,28 @@ class EstimateTrack:
     """The latest estimate of each track and thread, whoever made it, with its ellipse."""
 
     topics = (Estimate.topic,)
-    past = False
+    past = True
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
         self._radius_m = 0.5 * setting.scene.radius_m
         self._seen: set[str] = set()
+        self._round: set[str] = set()
+        """Those that have had an ellipse."""
 
     def take(self, batch: Batch) -> Iterator[Chunk]:
         """One entity a track and thread."""
         names = line_names(batch)
-        known = batch.rows("covariance_m2")[1] == 3
         for name in np.unique(names).tolist():
             if name not in self._seen:
                 self._seen.add(name)
                 yield from self._look(name)
-            yield self._points(batch.where(names == name), name)
-            if known[names == name].any():
-                yield _ellipses(batch.where((names == name) & known), name)
+            mine = batch.where(names == name).from_start(self._setting.pace.start_ns)
+            yield self._points(mine, name)
+            known = mine.rows("covariance_m2")[1] == 3
+            if known.any() or name in self._round:
+                self._round.add(name)
+                yield _ellipses(mine, known, name)
 
     def finish(self) -> Iterator[Chunk]:
         """Nothing."""
@@ -154,8 +158,9 @@ class EstimateTrack:
         return timed(f"/map/estimates/{name}", batch.time_ns, columns)
 
 
-def _ellipses(batch: Batch, name: str) -> Chunk:
-    """Two-sigma ellipses of a target's estimates, one strip a row."""
+def _ellipses(told: Batch, known: NDArray[np.bool_], name: str) -> Chunk:
+    """Two-sigma ellipses of a target's estimates, one a row; none where the covariance is not known."""
+    batch = told.where(known)
     xx, xy, yy = batch.rows("covariance_m2")[0].reshape(-1, 3).T
     covariance = np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2)
     values, vectors = np.linalg.eigh(covariance)
@@ -165,4 +170,5 @@ def _ellipses(batch: Batch, name: str) -> Chunk:
         np.einsum("nij,jk->nki", axes, circle) + np.column_stack([batch.numbers("x_m"), batch.numbers("y_m")])[:, None]
     )
     strips[..., 1] *= -1
-    return timed(f"/map/estimates/{name}/ellipse", batch.time_ns, rr.LineStrips2D.columns(strips=strips))
+    columns = rr.LineStrips2D.columns(strips=strips).partition(known.astype(np.int64))
+    return timed(f"/map/estimates/{name}/ellipse", told.time_ns, columns)

@@ -66,9 +66,10 @@ class RoundTrack:
     """What was sent in each round: variables that sent, graph messages, and those that went over the air."""
 
     topics = (GraphMessages.topic,)
-    past = False
+    past = True  # nodes that count for themselves end a round at different instants
 
     def __init__(self, setting: Setting) -> None:
+        self._start_ns = setting.pace.start_ns
         # A round's last instant, variables that sent, messages, messages over the air.
         self._totals: defaultdict[int, NDArray[np.int64]] = defaultdict(lambda: np.zeros(4, np.int64))
 
@@ -89,9 +90,10 @@ class RoundTrack:
 
     def finish(self) -> Iterator[Chunk]:
         """Three curves over the rounds, each round at its last instant."""
-        if not self._totals:
+        rounds = [self._totals[number] for number in sorted(self._totals)]
+        table = np.array([each for each in rounds if each[0] >= self._start_ns])
+        if not len(table):
             return
-        table = np.array([self._totals[number] for number in sorted(self._totals)])
         for column, (name, colour) in enumerate(_ROUND_CURVES.items(), start=1):
             path = f"/plots/senders/{name.replace(' ', '_')}"
             yield static(path, rr.SeriesLines(colors=[colour], names=[name], widths=[2.0]))
@@ -129,8 +131,8 @@ class AccuracyTrack:
             if truth is not None and len(truth) == len(row):
                 right[node] = int((truth == row).sum()), len(row)
             total = sum(count for _, count in right.values())
-            if total and time_ns >= self._start_ns:
-                curve[time_ns] = sum(count for count, _ in right.values()) / total
+            if total:  # what was decided before the window holds at its start
+                curve[max(time_ns, self._start_ns)] = sum(count for count, _ in right.values()) / total
         if curve:
             look = rr.SeriesLines(colors=[style.MOST], names=["rightly assigned"], widths=[2.0])
             yield static("/plots/accuracy", look)

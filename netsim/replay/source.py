@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,7 @@ from numpy.typing import NDArray
 from rerun.chunk import McapReader
 
 from netsim.errors import TraceError
-from netsim.trace.mending import followed_chunks
-from netsim.trace.reader import is_complete
+from netsim.trace.mending import mended
 
 _DECODERS = ["ros2_reflection"]
 _TIME = "message_log_time"
@@ -64,22 +62,25 @@ class Batch:
         """The events that a mask picks."""
         return Batch(self.topic, self.time_ns[mask], self.fields.filter(pa.array(mask)))
 
+    def since(self, start_ns: int) -> "Batch":
+        """The events from an instant on, and the last one before it."""
+        before = self.time_ns < start_ns
+        return self.where(~before | ~np.append(before[1:], False))
+
     def from_start(self, start_ns: int) -> "Batch":
         """The events from an instant on, and the last one before it as if it had happened just then."""
-        before = self.time_ns < start_ns
-        kept = self.where(~before | ~np.append(before[1:], False))
+        kept = self.since(start_ns)
         return Batch(self.topic, np.maximum(kept.time_ns, start_ns), kept.fields)
 
 
 def batches(path: Path, topics: Sequence[str], start_ns: int, end_ns: int) -> Iterator[Batch]:
-    """The events of some topics recorded in [start, end).
+    """The events of some topics recorded in [start, end); of a trace that was cut short those that are there.
 
     Raises:
         TraceError: If the file is damaged.
     """
-    whole = is_complete(path)
     try:
-        with nullcontext(path) if whole else followed_chunks(path) as file:
+        with mended(path, warns=False) as file:
             reader = McapReader(
                 file,
                 timeline_type="duration",
@@ -87,7 +88,6 @@ def batches(path: Path, topics: Sequence[str], start_ns: int, end_ns: int) -> It
                 include_topic_regex=[f"^{re.escape(topic)}$" for topic in topics],
                 start_time_ns=start_ns,
                 end_time_ns=end_ns,
-                recover=not whole,
             )
             for chunk in reader.stream():
                 batch = chunk.to_record_batch()

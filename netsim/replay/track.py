@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,7 +14,8 @@ from rerun.chunk import Chunk
 from netsim.replay import style
 from netsim.replay.options import Pace, ReplayOptions
 from netsim.replay.scene import Scene
-from netsim.replay.source import Batch
+from netsim.replay.source import Batch, batches
+from netsim.trace.events import MessageSent
 
 TIMELINE = "simulated_time"
 
@@ -42,16 +44,36 @@ class Track(Protocol):
 
 @dataclass
 class Kinds:
-    """Message kinds in the order in which they are met, which gives them their colours."""
+    """Message kinds in the order in which they are met.
+
+    Their colours are by the order in which messages of them were first sent in the run, whatever is shown of it, so that
+    pictures of one run agree.
+    """
 
     wanted: frozenset[str] | None
     names: list[str] = field(default_factory=list)
+    places: dict[str, int] = field(default_factory=dict)
+    """Place of each kind in the order of colours."""
+    placed_ns: int = 0
+    """Up to when the run has been looked through for kinds."""
+
+    def place(self, trace: Path, end_ns: int) -> None:
+        """Look through a trace for kinds of messages sent before an instant, from where that ended last.
+
+        Raises:
+            TraceError: If the trace is damaged.
+        """
+        for batch in batches(trace, [MessageSent.topic], self.placed_ns, end_ns):
+            for word in batch.words("kind")[1]:
+                self.places.setdefault(word, len(self.places))
+        self.placed_ns = max(self.placed_ns, end_ns)
 
     def numbers(self, words: Iterable[str]) -> NDArray[np.int64]:
         """The number of each kind; -1 for kinds that are not wanted."""
         return np.array([self._number(word) for word in words], np.int64)
 
     def _number(self, kind: str) -> int:
+        self.places.setdefault(kind, len(self.places))
         if self.wanted is not None and kind not in self.wanted:
             return -1
         if kind not in self.names:
@@ -60,7 +82,7 @@ class Kinds:
 
     def colour(self, number: int) -> style.Rgba:
         """The colour of a kind."""
-        return style.kind_colour(number)
+        return style.kind_colour(self.places[self.names[number]])
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from netsim.replay.scene import static
 from netsim.replay.source import Batch
 from netsim.replay.track import Setting, line_names, scalars, timed
 from netsim.trace.events import Estimate, TruthTargets
+from netsim.units import NS_PER_S
 
 _LENGTH = 40  # places in a trail
 _MOST_CURVES = 6
@@ -29,6 +30,7 @@ class TrailTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._pace = setting.pace
+        self._begin_ns = round(max(0.0, setting.options.start_s) * NS_PER_S)
         self._cut_off_m = setting.scene.cut_off_m
         self._has_colours = setting.scene.group_range_m is not None
         """Whether tracks and targets are told apart by colours."""
@@ -74,10 +76,12 @@ class TrailTrack:
             look = rr.LineStrips2D.from_fields(colors=[shown_as], radii=[-0.9], draw_order=style.ORDER["trails"])
             yield static(own, look)
             times = np.array([time_ns for time_ns, _, _ in each], np.int64)
-            shown = np.flatnonzero(times >= self._pace.start_ns)
-            strips = [places[max(0, last - _LENGTH + 1) : last + 1] for last in shown.tolist()]
-            if strips:
-                yield timed(own, times[shown], rr.LineStrips2D.columns(strips=strips).partition([1] * len(strips)))
+            first = max(0, int(np.searchsorted(times, self._pace.start_ns, "right")) - 1)
+            strips = [places[max(0, last - _LENGTH + 1) : last + 1] for last in range(first, len(times))]
+            at_ns = np.maximum(
+                times[first:], self._pace.start_ns
+            )  # what was left before the window is there at its start
+            yield timed(own, at_ns, rr.LineStrips2D.columns(strips=strips).partition([1] * len(strips)))
 
     def _own_colour(self, path: str, name: str) -> style.Rgba | None:
         """That of a track, and dimmer that of a target; None where they have none."""
@@ -100,7 +104,7 @@ class TrailTrack:
         many = len(self._told) > 1
         for place, (line, fixes) in enumerate(self._told.items()):
             times = np.array([time_ns for time_ns, _, _ in fixes], np.int64)
-            inside = times >= self._pace.start_ns
+            inside = times >= self._known_ns
             whose = f" of track {line}".replace("_thread_", ", thread ") if many else ""
             error_colour, spread_colour = self._curve_colours(line, place, many=many)
             curves = (
@@ -113,6 +117,15 @@ class TrailTrack:
                     path = f"/plots/track/{name}_{line}"
                     yield static(path, rr.SeriesLines(colors=[colour], names=[name + whose], widths=[2.0]))
                     yield scalars(path, times[known], values[known])
+
+    @property
+    def _known_ns(self) -> int:
+        """From when on curves are to be told.
+
+        In a live view that is before this look: of estimates after the last word of the targets nobody knew the error.
+        """
+        before = [at for truth in self._truth.values() for at, *_ in truth if at < self._pace.start_ns]
+        return max(self._begin_ns, min(self._pace.start_ns, max(before, default=self._pace.start_ns)))
 
     def _errors_m(self, fixes: Sequence[Fix]) -> NDArray[np.float64]:
         """Distance from the nearest target that is there; not a number without any, or where it is beyond the cut-off."""

@@ -6,7 +6,7 @@ from netsim.metrics.traffic import role_of
 from netsim.replay import style
 from netsim.sequence.powers import PowerKey, power_key
 from netsim.sequence.records import RECEIVED, Arm, Span, Transmission
-from netsim.trace.events import BROADCAST, OUTCOMES, Frame, LinkTable
+from netsim.trace.events import BROADCAST, OUTCOMES, Frame, LinkTable, NodePositions
 from netsim.units import NS_PER_S
 
 OVERHEAR = "overhear"
@@ -21,7 +21,7 @@ class Aim:
     """Chooses the receivers to show, as the replay does.
 
     Of a unicast frame that is the addressee, whatever became of it there; of a broadcast those who received it, those who
-    lost it to another signal, and those who lost it over a good link.
+    lost it to another signal, and those who lost it over a good link. Links of nodes that have moved are not known any more.
 
     Args:
         nodes: Show frames from and to these nodes only; None for all.
@@ -33,10 +33,14 @@ class Aim:
         self._powers_w = powers_w
         self._good: set[tuple[int, int]] = set()
 
-    def learn(self, links: LinkTable) -> None:
-        """Note which links are good."""
-        rows = zip(links.source, links.destination, links.prr, strict=True)
-        self._good = {(int(source), int(to)) for source, to, prr in rows if prr >= style.EXPECTED_PRR}
+    def learn(self, event: LinkTable | NodePositions) -> None:
+        """Note which links are good; those of nodes that move are forgotten."""
+        if isinstance(event, LinkTable):
+            rows = zip(event.source, event.destination, event.prr, strict=True)
+            self._good = {(int(source), int(to)) for source, to, prr in rows if prr >= style.EXPECTED_PRR}
+        else:
+            moved = set(map(int, event.node))
+            self._good = {ends for ends in self._good if moved.isdisjoint(ends)}
 
     def transmission(self, frame: Frame) -> Transmission | None:
         """A frame as it is drawn; None if it is between nodes that nobody asked for."""

@@ -21,6 +21,7 @@ from netsim.trace.events import (
     MessageDropped,
     MessageSent,
     NodeLife,
+    NodePositions,
     NodeTable,
     RadioState,
     Role,
@@ -31,7 +32,8 @@ from netsim.units import NS_PER_S, NS_PER_US
 
 FRAME_LIMIT = 3000
 """Frames in a chart, if nothing else is asked for: about what a browser draws without delay."""
-_BEFORE = {each.topic for each in (NodeTable, LinkTable, VariablePlacement, NodeLife, RadioState, Role, MessageSent)}
+_STANDING = (NodeTable, LinkTable, NodePositions, VariablePlacement, NodeLife, RadioState, Role)
+_BEFORE = {each.topic for each in (*_STANDING, MessageSent)}
 _INSIDE = _BEFORE | {each.topic for each in (Frame, GraphMessages, AlgorithmRecord, MessageDelivered, MessageDropped)}
 
 
@@ -107,7 +109,7 @@ class _Reader:
         match event:
             case NodeTable():
                 self._exchange.names = dict(zip(map(int, event.node), event.name, strict=True))
-            case LinkTable():
+            case LinkTable() | NodePositions():
                 self._aim.learn(event)
             case VariablePlacement():
                 self._told.handlers()[VariablePlacement](event, time_ns)

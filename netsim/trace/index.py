@@ -10,7 +10,8 @@ from mcap.records import Channel, Chunk, Schema
 
 from netsim.errors import TraceError
 from netsim.trace.cdr import MESSAGE_ENCODING, SCHEMA_ENCODING, fields_of, schema_name
-from netsim.trace.reader import TYPE_OF_TOPIC, blame, chunk_records, file_records, from_bytes, uncompressed
+from netsim.trace.reader import TYPE_OF_TOPIC
+from netsim.trace.records import blame, chunk_records, file_records, from_bytes, uncompressed
 
 
 @dataclass(frozen=True, slots=True)

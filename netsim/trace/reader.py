@@ -10,14 +10,9 @@ import struct
 import warnings
 import zlib
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
-from io import BytesIO
 from pathlib import Path
 
-import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
@@ -25,16 +20,25 @@ from netsim import __version__
 from netsim.errors import TraceError
 from netsim.trace.cdr import SCHEMA_ENCODING, decode, fields_of
 from netsim.trace.events import EVENT_TYPES, Event
+from netsim.trace.records import (
+    BROKEN,
+    FOOTER,
+    MAGIC,
+    MESSAGE,
+    RECORD,
+    blame,
+    chunk_records,
+    damaged,
+    file_records,
+    from_bytes,
+    uncompressed,
+    unreadable,
+)
 from netsim.trace.writer import FORMAT_VERSION, RUN_RECORD
 from netsim.units import NS_PER_S
 
-_BROKEN = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError, zstandard.ZstdError)
-RECORD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
 _CHUNK_TIMES = struct.Struct("<QQ")
-MAGIC = b"\x89MCAP0\r\n"
-_FOOTER = struct.Struct("<QQI")
-_TAIL_SIZE_BYTE = RECORD.size + _FOOTER.size + len(MAGIC)
+_TAIL_SIZE_BYTE = RECORD.size + FOOTER.size + len(MAGIC)
 _CHECKSUM_AND_MAGIC_BYTE = 4 + len(MAGIC)
 TYPE_OF_TOPIC: dict[str, type[Event]] = {event_type.topic: event_type for event_type in EVENT_TYPES}
 
@@ -113,8 +117,8 @@ def decoded(path: Path | str, message: RawMessage) -> Event:
         raise TraceError(msg)
     try:
         return decode(message.event_type, message.data, message.fields)
-    except (TraceError, *_BROKEN) as error:
-        raise _damaged(path, error) from error
+    except (TraceError, *BROKEN) as error:
+        raise damaged(path, error) from error
 
 
 def trace_metadata(path: Path | str) -> dict[str, str]:
@@ -184,14 +188,14 @@ def is_complete(path: Path | str) -> bool:
             tail = stream.read()
             if not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
                 return False
-            start, _, checksum = _FOOTER.unpack_from(tail, RECORD.size)
+            start, _, checksum = FOOTER.unpack_from(tail, RECORD.size)
             stream.seek(min(start, size_byte))
             # The checksum covers the index and the footer up to the checksum itself.
             if zlib.crc32(stream.read()[:-_CHECKSUM_AND_MAGIC_BYTE]) != checksum:
                 msg = f"{path}: damaged: the index has a wrong checksum"
                 raise TraceError(msg)
     except OSError as error:
-        raise _unreadable(path, error) from error
+        raise unreadable(path, error) from error
     return True
 
 
@@ -208,26 +212,6 @@ def _decoded(path: Path, messages: Iterator[RawMessage]) -> Iterator[tuple[int, 
     for message in messages:
         if message.event_type is not None:
             yield message.time_ns, decoded(path, message)
-
-
-def file_records(path: Path) -> Iterator[tuple[int, bytes]]:
-    """The records of the data section as opcode and content; ends with `DATA_END` unless the file was cut short."""
-    try:
-        with path.open("rb") as stream:
-            if stream.read(len(MAGIC)) != MAGIC:
-                msg = f"{path}: not an MCAP file"
-                raise TraceError(msg)
-            opcode = 0
-            while opcode != Opcode.DATA_END:
-                head = stream.read(RECORD.size)
-                if len(head) < RECORD.size:
-                    return
-                opcode, length = RECORD.unpack(head)
-                if length > path.stat().st_size - stream.tell():
-                    return
-                yield opcode, stream.read(length)
-    except OSError as error:
-        raise _unreadable(path, error) from error
 
 
 @dataclass(slots=True)
@@ -257,51 +241,32 @@ def _messages(path: Path, topics: Collection[str] | None, low: int, high: int) -
             if chunk.message_end_time >= low or not contents.schemas:
                 yield from _chunk_messages(uncompressed(chunk), contents, low, high)
     if opcode != Opcode.DATA_END:
-        message = (
-            f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
-            "run the scenario again"
-        )
-        warnings.warn(message, TruncatedTraceWarning, stacklevel=2)
+        warn_cut(path, last_ns)
+
+
+def warn_cut(path: Path, last_ns: int) -> None:
+    """Warn that there is nothing in a trace after an instant, because it was cut short."""
+    message = (
+        f"{path}: the trace is cut short: what came after {last_ns / NS_PER_S:.6g} s is lost; copy the file again, or "
+        "run the scenario again"
+    )
+    warnings.warn(message, TruncatedTraceWarning, stacklevel=3)
 
 
 def _chunk_messages(data: bytes, contents: _Contents, low: int, high: int) -> Iterator[RawMessage]:
     """The messages among the records of a chunk; schemas and channels go into `contents`."""
     for opcode, body in chunk_records(data):
         if opcode == Opcode.MESSAGE:
-            channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body)
+            channel, sequence, time_ns, _ = MESSAGE.unpack_from(body)
             kind = contents.kinds.get(channel)
             if kind is not None and low <= time_ns < high:
                 topic, event_type, count = kind
-                yield RawMessage(time_ns, topic, event_type, body[_MESSAGE.size :], sequence, count)
+                yield RawMessage(time_ns, topic, event_type, body[MESSAGE.size :], sequence, count)
         elif opcode == Opcode.SCHEMA:
             schema = Schema.read(from_bytes(body))
             contents.schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
             contents.announce(Channel.read(from_bytes(body)))
-
-
-def chunk_records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The records of an unpacked chunk as opcode and content."""
-    at = 0
-    while at < len(data):
-        opcode, length = RECORD.unpack_from(data, at)
-        at += RECORD.size
-        yield opcode, data[at : at + length]
-        at += length
-
-
-def uncompressed(chunk: Chunk) -> bytes:
-    """The records of a chunk, checked against its checksum."""
-    data = zstandard.decompress(chunk.data, chunk.uncompressed_size) if chunk.compression == "zstd" else chunk.data
-    if zlib.crc32(data) != chunk.uncompressed_crc:
-        msg = "a chunk has a wrong checksum"
-        raise ValueError(msg)
-    return data
-
-
-def from_bytes(body: bytes) -> ReadDataStream:
-    """The content of a record, for the record classes of `mcap`."""
-    return ReadDataStream(BytesIO(body))
 
 
 def _event_type(channel: Channel, schema: Schema) -> tuple[type[Event] | None, int | None]:
@@ -329,20 +294,3 @@ def _check_version(path: Path | str, run: Mapping[str, str]) -> None:
         f"{remedy}"
     )
     raise TraceError(msg)
-
-
-@contextmanager
-def blame(path: Path) -> Iterator[None]:
-    """Turn what broken bytes can raise into a `TraceError` that names the file."""
-    try:
-        yield
-    except (TraceError, *_BROKEN) as error:
-        raise _damaged(path, error) from error
-
-
-def _damaged(path: Path | str, error: Exception) -> TraceError:
-    return TraceError(f"{path}: {error}" if isinstance(error, TraceError) else f"{path}: damaged: {error}")
-
-
-def _unreadable(path: Path | str, error: OSError) -> TraceError:
-    return TraceError(f"{path}: cannot read the trace: {error.strerror or error}")

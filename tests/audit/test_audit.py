@@ -22,6 +22,7 @@ from netsim.trace.events import (
     Belief,
     EnergyHarvest,
     EnergyLedger,
+    FieldInfo,
     Frame,
     Log,
     Marginals,
@@ -34,6 +35,7 @@ from netsim.trace.events import (
     NodeTable,
     PairProbabilities,
     RadioState,
+    TruthOrigins,
 )
 from netsim.trace.fingerprint import fingerprint
 
@@ -67,6 +69,15 @@ BROKEN: dict[str, tuple[Change, str, int | None, int | None]] = {
     "a number twice": (changed(Frame, 1, frame_id=1), "frames have their time", 5, 2),
     "an end before the beginning": (changed(Frame, 1, t_start_ns=6 * MS), "frames have their time", 5, 2),
     "recorded before its end": (changed(Frame, 1, t_end_ns=6 * MS), "frames have their time", 5, 2),
+    "recorded late": (changed(Frame, 1, t_end_ns=4 * MS), "frames have their time", 5, 2),
+    "a number beyond all frames": (changed(Frame, 1, frame_id=BROADCAST), "frames have their time", 5, 2),
+    "numbered before it began": (
+        with_event(8, air(3, 2, 8, (3, 2), 3, (1, "busy"), (2, "busy"))), "frames have their time", 8, 3,
+    ),
+    "a frame is missing": (changed(Frame, 1, frame_id=3), "frames have their time", None, None),
+    "a field without end": (changed(FieldInfo, width_m=float("inf")), "values are in range", 0, None),
+    "a power that nobody can send": (changed(Frame, tx_power_dbm=float("nan")), "values are in range", 2, None),
+    "a belief nowhere": (changed(Belief, origin_x_m=float("nan")), "values are in range", 10, 1),
     "two frames at once": (
         with_event(2, air(3, 1, 2, (1, 2), 1, (2, "busy"), (3, "busy"))), "one frame at a time", 2, 1,
     ),
@@ -126,6 +137,9 @@ BROKEN: dict[str, tuple[Change, str, int | None, int | None]] = {
     "airtime that is not booked": (
         changed(EnergyLedger, state=["listen", "transmit", "listen", "listen", "listen"]), "airtime is booked", 20, 2,
     ),
+    "airtime of another kind": (
+        changed(EnergyLedger, kind=["", "hello", "", "hello", ""]), "airtime is booked", 20, 2,
+    ),
     "above one": (changed(Marginals, probability=[-0.25, 1.25]), "probabilities are in [0, 1]", 10, 1),
     "no number": (changed(Belief, probability=[float("nan"), 0.5]), "probabilities are in [0, 1]", 10, 1),
     "outside of its bounds": (changed(PairProbabilities, high=[0.4]), "probabilities are in [0, 1]", 10, 1),
@@ -176,10 +190,29 @@ def test_frames_under_way_on_the_ideal_medium_are_recorded_after_one_that_a_cras
         with_event(14, state(2, "off")),
         with_event(14, air(4, 12, 14, (2, BROADCAST), 4, (1, "dead"), (3, "dead"))),
         with_event(17, air(3, 11, 12, (2, BROADCAST), 4, (1, "lost"), (3, "lost"))),
-        changed(EnergyLedger, time_s=[0.019, 0.001, 0.015, 0.005, 0.02]),
-    ):
+        changed(
+            EnergyLedger, node=[1, 1, 2, 2, 2, 3], device=["radio"] * 6,
+            state=["listen", "transmit", "listen", "transmit", "transmit", "listen"],
+            kind=["", "hello", "", "answer", "hello", ""], energy_j=[0.375, 0.125, 0.125, 0.0625, 0.0625, 0.1],
+            time_s=[0.019, 0.001, 0.015, 0.002, 0.003, 0.02],
+        ),
+    ):  # fmt: skip
         rows = change(rows)
     assert check_trace(write_rows(tmp_path / "t.mcap", rows, files=files)) == []
+
+
+def test_a_bearing_has_no_place(tmp_path: Path) -> None:
+    rows = with_event(0, TruthOrigins(1, [float("nan")], [float("nan")], [0]))(good_rows())
+    assert check_trace(write_rows(tmp_path / "trace.mcap", rows)) == []
+
+
+def test_a_jammer_takes_numbers_too(tmp_path: Path) -> None:
+    rows = changed(Frame, 1, frame_id=4)(good_rows())
+    assert broken_rules(audit_trace(write_rows(tmp_path / "without.mcap", rows))) == {"frames have their time"}
+    jammed = FILES["scenario.yaml"] + b"faults: [{type: jammer, position_m: [1, 1], power_dbm: 0}]\n"
+    audit = audit_trace(write_rows(tmp_path / "with.mcap", rows, files={**FILES, "scenario.yaml": jammed}))
+    assert audit.findings == []
+    assert any("jammer" in tally.note for tally in audit.tallies)
 
 
 def test_where_corrupted_frames_pass_nothing_is_expected_of_what_they_name(tmp_path: Path) -> None:

@@ -66,6 +66,30 @@ def captured(trace: Path, **options: object) -> list[Captured]:
     return read_capture(out)
 
 
+def test_frames_that_are_recorded_late_are_in_order_too(tmp_path: Path) -> None:
+    """On the ideal medium with a delay, but for those that a crash breaks off."""
+    table = NodeTable(
+        [1, 2, 7], ["a", "b", "c"], [""] * 3, ["sensor"] * 3, *[[0.0] * 3] * 2, ["CC2420"] * 3, [""] * 3, [1] * 3
+    )
+    ms, path = 1_000_000, tmp_path / "t.mcap"
+    with TraceWriter(path, {}, [Attachment("scenario.yaml", "application/yaml", CSMA)]) as writer:
+        writer.write(table, 0)
+        for number, start_ms, end_ms, source, recorded_ms in (
+            (2, 50, 52, 2, 52),
+            (3, 60, 62, 7, 62),
+            (1, 0, 1, 1, 101),
+        ):
+            writer.write(frame(number, start_ms * ms, end_ms * ms, source, BROADCAST), recorded_ms * ms)
+    assert [each.time_ns // ms for each in captured(path)] == [0, 50, 60]
+
+
+def test_broadcasts_that_a_node_received_are_its_traffic(tmp_path: Path) -> None:
+    trace = write(tmp_path / "t.mcap", FRAMES)
+    assert [len(each.psdu) for each in captured(trace, selection=Selection(nodes={2}))] == [127, 20, 5, 20, 20]
+    weak = frame(1, 0, 10, 1, BROADCAST, **heard((2, WEAK, -99.0), (7, RECEIVED, -50.0)))
+    assert captured(write(tmp_path / "u.mcap", [weak]), selection=Selection(nodes={2})) == []
+
+
 def test_every_frame_once_as_it_was_on_the_air(tmp_path: Path) -> None:
     got = captured(write(tmp_path / "t.mcap", FRAMES))
     assert [each.time_ns for each in got] == [999_999_999, 1_000_000_100, 1_000_892_100, 2_000_000_000, 3_000_000_000]

@@ -132,7 +132,7 @@ def typed(text: str, like: Any) -> Any:
 def test_filters(trace: Path) -> None:
     got = columns(trace, nodes={2}, start_ns=6)
     assert got["nodes"]["node"] == [1, 2]  # whoever takes part is told whatever is chosen
-    assert got["frames"]["frame_id"] == [2]
+    assert got["frames"]["frame_id"] == [1, 2]  # the first one is a broadcast that it received
     assert got["messages_sent"]["message_id"] == [8]
     assert got["node_energy"]["node"] == [2]
     assert got["graph_rounds"]["node"] == [2]

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,16 @@ def test_a_palette_of_many_colours_is_near_to_all_and_has_the_commonest_ones_and
     assert np.abs(shown - picture).mean() < 20
     assert (shown[:50] == (13, 16, 20)).all()
     assert {tuple(colour) for colour in signs.reshape(-1, 3)} <= {tuple(colour) for colour in palette.colours}
+
+
+def test_a_palette_takes_no_more_memory_than_its_pictures():
+    pictures = [np.full((300, 400, 3), shade, np.uint8) for shade in range(8)]
+    tracemalloc.start()
+    palette = Palette(pictures, pictures[0])
+    _, most_byte = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(palette.colours) == 8
+    assert most_byte < 16e6
 
 
 def test_an_mp4_is_h264_that_all_players_take(trace, tmp_path):

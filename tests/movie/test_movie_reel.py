@@ -82,7 +82,7 @@ def test_each_picture_has_the_arrows_that_a_replay_has_at_that_instant(flights, 
     row = np.arange(len(flights), dtype=np.int64)
     air = Flights(np.asarray(start, np.int64), np.asarray(layer, np.int64), row, row, row)
     reel = Reel(start_ns=0, end_ns=100, step_ns=step_ns, count=100 // step_ns + 1, hold_ns=hold_ns, bin_ns=10, fps=10.0)
-    story = Story(reel, [], air, [], np.zeros((0, 10)), False)
+    story = Story(reel, [], air, [], [], np.zeros((0, 10)), False)
     expected = [set() for _ in range(reel.count)]
     for rows in Air(0, step_ns, hold_ns).advance(air, reel.count * step_ns):
         tick = np.repeat(rows.time_ns // step_ns, rows.lengths)
@@ -123,6 +123,13 @@ def test_messages_are_counted_by_kind_and_time(tmp_path):
     width_s = story.reel.bin_ns / S
     assert story.rates[:, 0].tolist() == pytest.approx([2 / width_s, 1 / width_s])
     assert story.rates.sum() * width_s == pytest.approx(3.0)
+
+
+def test_a_window_and_a_choice_of_kinds_keep_the_colours_of_the_run(tmp_path):
+    trace = write_trace(tmp_path / "t.mcap", [sent(1.0, 0, 1, "ask"), sent(2.0, 0, 1, "tell"), sent(8.0, 0, 1, "tell")])
+    for options in (ReplayOptions(start_s=7.0), ReplayOptions(kinds=frozenset({"tell"}))):
+        story = story_of(trace, options, seconds=1.0)
+        assert (story.kinds, story.places) == (["tell"], [1])
 
 
 def test_kinds_and_nodes_that_are_not_wanted_are_left_out(tmp_path):

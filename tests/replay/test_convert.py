@@ -19,7 +19,7 @@ from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 
 from netsim import replay
 from netsim.errors import TraceError
-from netsim.replay import ReplayOptions
+from netsim.replay import ReplayOptions, style
 from netsim.replay.lanes import LaneTrack
 from netsim.replay.options import decide, nice
 from netsim.replay.scene import load_scene
@@ -221,6 +221,24 @@ def test_the_busiest_radios_come_first(grid: Path) -> None:
     for batch in batches(grid, ["/frames"], 0, pace.end_ns):
         assert list(lanes.take(batch))
     assert lanes.busiest() == [f"/radio/n{node:02d}" for node in sorted(range(NODES), key=lambda n: (-sent[n], n))]
+
+
+@pytest.mark.parametrize("options", [{"start_s": 10.0}, {"kinds": frozenset({"tell"})}], ids=str)
+def test_a_window_and_a_choice_of_kinds_keep_the_colours_of_the_run(tmp_path: Path, options: dict[str, Any]) -> None:
+    """In the order in which messages were first sent, also where the first frame is of another kind."""
+    trace, ears = tmp_path / "talk.mcap", ([1], [OUTCOME_CODE["received"]], [-60.0], [9.0])
+    with TraceWriter(trace, {}) as writer:
+        writer.write(named_nodes("a", "b"), 0)
+        for number, (at_s, kind) in enumerate([(1, "ask"), (2, "tell"), (12, "tell"), (20, "ask")], start=1):
+            start_ns = at_s * 1000 * MS
+            writer.write(MessageSent(number, 0, 1, kind, 20, 1, []), start_ns)
+            if at_s > 1:
+                frame = Frame(number, start_ns, start_ns + MS, 0, 1, kind, 0, 20, 0, number, 0.0, *ears)
+                writer.write(frame, start_ns + MS)
+    red, green, blue, alpha = style.kind_colour(1)
+    rows = recording(trace, tmp_path, **options)["/map/messages/tell"]
+    colours = [row["Arrows2D:colors"] for row in rows if row.get("Arrows2D:colors")]
+    assert colours == [[red << 24 | green << 16 | blue << 8 | alpha]]
 
 
 def test_a_cut_trace_is_shown_up_to_the_cut(grid: Path, tmp_path: Path) -> None:

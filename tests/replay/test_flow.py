@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from recordings import MS, recording, timed
+from recordings import MS, named_nodes, recording, timed
 
 from netsim.replay import style
-from netsim.trace.events import GraphMessages, NodeTable, VariablePlacement
+from netsim.trace.events import Association, GraphMessages, NodeTable, TruthOrigins, VariablePlacement
 from netsim.trace.writer import TraceWriter
 
 ROUNDS = [[(0, 1), (1, 0)], [(1, 0)], [(0, 1)], []]
@@ -57,3 +57,25 @@ def test_a_window_begins_with_the_round_that_is_on(tmp_path: Path) -> None:
 def test_without_common_rounds_or_a_fitting_model_there_is_no_view(tmp_path: Path) -> None:
     for path in (write(tmp_path / "own.mcap", shared=False), write(tmp_path / "odd.mcap", unknown=9)):
         assert not [entity for entity in recording(path, tmp_path) if entity.startswith("/graph")]
+
+
+def test_a_round_that_began_before_the_window_is_counted_whole(tmp_path: Path) -> None:
+    with TraceWriter(tmp_path / "own.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b"), 0)
+        for time_ms, node, number in ((500, 0, 0), (600, 1, 0), (1000, 0, 1), (3000, 1, 1)):
+            writer.write(GraphMessages(node, number, [node], [1 - node], [1], 2, 0.5, 0, 0), time_ms * MS)
+    rows = recording(tmp_path / "own.mcap", tmp_path, start_s=2.0)
+    messages = timed(rows["/plots/senders/graph_messages"], "Scalars:scalars")
+    assert {at: value[0] for at, value in messages.items()} == {3000 * MS: 2.0}
+
+
+def test_decisions_of_before_the_window_hold_in_it(tmp_path: Path) -> None:
+    with TraceWriter(tmp_path / "own.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b"), 0)
+        for node in (0, 1):
+            writer.write(TruthOrigins(node, [0.0], [0.0], [5]), 0)
+        writer.write(Association(0, [5], 0), 1000 * MS)
+        writer.write(Association(1, [4], 0), 3000 * MS)
+    rows = recording(tmp_path / "own.mcap", tmp_path, start_s=2.0)
+    accuracy = timed(rows["/plots/accuracy"], "Scalars:scalars")
+    assert {at: value[0] for at, value in accuracy.items()} == {2000 * MS: 1.0, 3000 * MS: 0.5}

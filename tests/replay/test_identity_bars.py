@@ -46,7 +46,7 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> Table:
 
 
 def test_bars_are_as_long_as_targets_are_probable(rows: Table) -> None:
-    (size,) = (row["Image:format"][0] for row in rows["/identity/bars"] if row.get("Image:format"))
+    size = timed(rows["/identity/bars"], "Image:format")[S][0]
     shape = size["height"], size["width"], 4
     first = np.array(timed(rows["/identity/bars"], "Image:buffer")[S][0], np.uint8).reshape(shape)
     for line, target in ((1, 0), (5, 1)):  # four lines a bar, of which the first is blank

@@ -5,13 +5,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun as rr
+from mcap.reader import make_reader
 from recordings import named_nodes, recording, timed
 from rerun.chunk import RrdReader
 
 from netsim.replay import ReplayOptions
 from netsim.replay.live import Follower, follow
 from netsim.trace import writer as trace_writer
-from netsim.trace.events import OUTCOME_CODE, Estimate, Frame, MessageSent, NodeEnergy, TruthTargets
+from netsim.trace.events import (
+    OUTCOME_CODE,
+    Estimate,
+    Frame,
+    GraphMessages,
+    Identity,
+    MessageSent,
+    NodeEnergy,
+    TruthTargets,
+    VariablePlacement,
+)
 from netsim.trace.writer import TraceWriter, partial_path
 
 S = 1_000_000_000
@@ -97,6 +108,7 @@ def test_a_growing_trace_is_shown_whole_in_the_end(whole: Path, tmp_path: Path) 
         ("/map/nodes", "Points2D:colors"),
         ("/map/targets", "LineStrips2D:strips"),
         ("/plots/messages/hello", "Scalars:scalars"),
+        ("/plots/track/error_0", "Scalars:scalars"),
     ]:
         expected, got = timed(once[path], component), timed(live[path], component)
         assert sorted(set(expected) - set(got)) == []
@@ -116,3 +128,52 @@ def test_following_ends_with_the_run_or_with_the_viewer(whole: Path, tmp_path: P
     assert list(follow(tmp_path / "never.mcap", stream, ReplayOptions(), alive=lambda: False)) == []
     assert list(follow(whole, stream, ReplayOptions()))[-1] > (SECONDS - 1) * S
     stream.disconnect()
+
+
+@pytest.fixture(scope="module")
+def growing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A second track is told of from 20 s on; in the first ten rounds of a graphical model there are messages."""
+    path = tmp_path_factory.mktemp("growing") / "whole.mcap"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trace_writer, "_CHUNK_SIZE_BYTE", 1)
+        with TraceWriter(path, {"horizon_s": str(float(SECONDS))}) as writer:
+            writer.write(named_nodes("a", "b"), 0)
+            writer.write(VariablePlacement([0, 1], ["one", "two"], [0, 1], [0], [1]), 0)
+            for second in range(SECONDS):
+                edge = ([0], [1], [1]) if second < 10 else ([], [], [])
+                writer.write(GraphMessages(0, second, *edge, 2, 0.5, 1, 0), second * S)
+                for track in (0, 1) if second >= 20 else (0,):
+                    writer.write(Identity(0, track, [0.5, 0.5]), second * S)
+    return path
+
+
+def test_bars_of_every_look_fit_their_picture(growing: Path, tmp_path: Path) -> None:
+    live, _ = watched(growing, tmp_path, 9)
+    sizes, buffers = (timed(live["/identity/bars"], f"Image:{name}") for name in ("format", "buffer"))
+    heights = set()
+    for at_ns, buffer in buffers.items():
+        size = sizes[at_ns][0]
+        assert len(buffer[0]) == 4 * size["width"] * size["height"]
+        heights.add(size["height"])
+    assert len(heights) == 2
+
+
+def test_arrows_of_an_earlier_look_do_not_stay(growing: Path, tmp_path: Path) -> None:
+    """The second look begins with the first round without messages."""
+    trace, stream = tmp_path / "run.mcap", stream_to(tmp_path / "live.rrd")
+    with growing.open("rb") as data:
+        summary = make_reader(data).get_summary()
+    assert summary is not None
+    last = next(chunk for chunk in summary.chunk_indexes if chunk.message_end_time == 10 * S)
+    partial_path(trace).write_bytes(growing.read_bytes()[: last.chunk_start_offset + last.chunk_length])
+    follower = Follower(trace, stream, ReplayOptions())
+    follower.advance()
+    assert follower.shown_ns == 10 * S
+    partial_path(trace).unlink()
+    trace.write_bytes(growing.read_bytes())
+    assert follower.advance()
+    stream.flush()
+    stream.disconnect()
+    arrows = timed(shown(tmp_path / "live.rrd")["/graph/messages"], "Arrows2D:vectors")
+    assert len(arrows[9 * S]) == 1
+    assert len(arrows[10 * S]) == 0

@@ -204,6 +204,20 @@ def test_force_overwrites_and_a_file_that_cannot_be_written_is_told(talk: Path, 
         write_chart(talk, tmp_path / "folder.svg", Asked(), force=True)
 
 
+def test_what_fails_half_way_leaves_what_was_there(talk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "there.svg").write_text("mine")
+
+    def half(path: Path, text: str, **_: object) -> None:
+        path.write_bytes(text.encode()[:100])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", half)
+    with pytest.raises(NetsimError, match="No space left on device"):
+        write_chart(talk, tmp_path / "there.svg", Asked(), force=True)
+    assert (tmp_path / "there.svg").read_text() == "mine"
+    assert [path.name for path in tmp_path.iterdir()] == ["there.svg"]
+
+
 points = st.tuples(st.floats(0, 500), st.floats(0, 500))
 boxes = st.builds(
     lambda left, top, wide, high: (left, top, left + wide, top + high),

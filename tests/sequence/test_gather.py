@@ -13,7 +13,7 @@ from netsim.sequence.links import Link, cause_links
 from netsim.sequence.plan import node_order
 from netsim.sequence.records import Exchange
 from netsim.sequence.states import RoleSpan, announced, roles
-from netsim.trace.events import RADIO_STATE_CODE, MessageDelivered, NodeLife, RadioState
+from netsim.trace.events import BROADCAST, RADIO_STATE_CODE, MessageDelivered, NodeLife, NodePositions, RadioState
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +72,17 @@ def test_a_message_that_is_passed_on_is_linked_at_every_hop(tmp_path: Path) -> N
     ]
     exchange = gather(write(tmp_path / "hops.mcap", rows), Asked())
     assert cause_links(exchange) == [Link(B, ms(12), ms(14), 1, 1), Link(C, ms(15), ms(17), 1, 2)]
+
+
+def test_losses_of_broadcasts_are_expected_of_links_that_are_still_known_only(tmp_path: Path) -> None:
+    rows = [
+        *tables(),
+        frame(1, 5, 7, A, BROADCAST, {B: "received", C: "weak"}, message=0),
+        (ms(8), NodePositions([C], [500.0], [0.0])),
+        frame(2, 9, 11, A, BROADCAST, {B: "received", C: "weak"}, message=0),
+    ]
+    shown = gather(write(tmp_path / "moved.mcap", rows), Asked()).transmissions
+    assert [[arm.node for arm in each.arms] for each in shown] == [[B, C], [B]]
 
 
 def test_roles_and_deaths(talk: Path) -> None:

@@ -18,11 +18,8 @@ from netsim.units import s_to_ns
 
 HOLD_NS = s_to_ns(0.15)
 """How long an arrow stays; true airtimes are too short to be seen."""
-_EXPECTED_PRR = 0.5
-"""Of a broadcast, losses are shown on links at least so good: others do not promise anything."""
 _DECODED = ("received", "overheard")
-_CLASHED = ("collided", "captured", "jammed")
-_ALWAYS = ("received", *_CLASHED)
+_ALWAYS = ("received", *style.INTERFERENCE)
 
 
 class Flights:
@@ -38,7 +35,7 @@ class Flights:
         return {Frame: self._on_frame, LinkTable: self._on_links}
 
     def _on_links(self, event: LinkTable, time_ns: int) -> None:
-        good = np.asarray(event.prr) >= _EXPECTED_PRR
+        good = np.asarray(event.prr) >= style.EXPECTED_PRR
         ends = (np.asarray(each)[good].tolist() for each in (event.source, event.destination))
         self._expected = set(zip(*ends, strict=True))
 
@@ -51,7 +48,7 @@ class Flights:
         made = entity(f"{frame.source}", time_ns, lifetime_ns=HOLD_NS, notes=_notes(frame))
         tail = self._stage.places[frame.source]
         for listener, outcome in self._shown(frame):
-            shade = rgba if outcome in _DECODED else style.COLLIDED if outcome in _CLASHED else style.LOST
+            shade = rgba if outcome in _DECODED else style.COLLIDED if outcome in style.INTERFERENCE else style.LOST
             made.arrows.append(arrow(tail, self._stage.places[listener], 0.5 * unit_m, width_m, shade))
         self._stage.show(topic, SceneUpdate(entities=[made]), time_ns)
 

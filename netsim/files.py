@@ -9,7 +9,7 @@ from netsim.errors import NetsimError, ScenarioError
 
 
 def check_place(path: Path, *, force: bool) -> None:
-    """Make sure that a movie can be written, without writing anything.
+    """Make sure that a file can be written, without writing anything.
 
     Raises:
         ScenarioError: If the folder does not exist, or there is something of that name that may not be replaced.
@@ -18,7 +18,7 @@ def check_place(path: Path, *, force: bool) -> None:
         msg = f"{path}: expected a folder that exists, got {path.parent}; make it, or name another"
         raise ScenarioError(msg)
     if path.is_dir():
-        msg = f"{path}: expected the name of a movie, got that of a folder"
+        msg = f"{path}: expected the name of a file, got that of a folder"
         raise ScenarioError(msg)
     if path.exists() and not force:
         msg = f"{path}: expected a new name, got that of a file; replace it with --force, or name another"
@@ -26,8 +26,12 @@ def check_place(path: Path, *, force: bool) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, what: str) -> Iterator[Path]:
     """A place to write to that gets its name when all is well, and goes otherwise.
+
+    Args:
+        path: The file.
+        what: What it is, for messages, such as `the movie`.
 
     Raises:
         NetsimError: If the file cannot be written.
@@ -37,7 +41,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield part
         os.replace(part, path)
     except OSError as error:
-        msg = f"{path}: cannot write the movie: {error.strerror or error}"
+        msg = f"{path}: cannot write {what}: {error.strerror or error}"
         raise NetsimError(msg) from error
     finally:
         with suppress(OSError):
