@@ -24,6 +24,7 @@ MAY_IMPORT = {
     "codec": set(),
     "kernels": set(),
     "reading": set(),
+    "files": set(),
     "models": {"kernels", "rng", "reading"},
     "trace": set(),
     "problems": {"kernels", "models", "rng", "trace.events"},
@@ -35,13 +36,14 @@ MAY_IMPORT = {
     "flow": {"trace"},
     "metrics": {"trace", "kernels", "flow.rounds"},
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
-    "sequence": {"trace", "metrics.causes", "metrics.traffic", "replay.style"},
+    "sequence": {"trace", "files", "metrics.causes", "metrics.traffic", "replay.style"},
     "calibrate": {"kernels", "models"},
-    "replay": {"trace", "flow.rounds", "flow.layout"},
+    "replay": {"trace", "files", "flow.rounds", "flow.layout"},
     "export": {"trace", "replay.style"},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
-    "movie": {"trace"} | {f"replay.{part}" for part in ("check", "flights", "flying", "motion", "options", "style")},
+    "movie": {"trace", "files"}
+    | {f"replay.{part}" for part in ("check", "flights", "flying", "motion", "options", "style")},
     "scenario": EVERYTHING,
     "cli": EVERYTHING,
     "__main__": {"cli"},
@@ -55,6 +57,7 @@ STRICTER = {
     "codec": set(),
     "kernels": {"errors"},
     "reading": {"errors", "parameters", "units"},
+    "files": {"errors"},
 }
 """Rooms that may not import even all of ALL."""
 

@@ -104,10 +104,13 @@ def replay(
     speed: Annotated[float | None, typer.Option(help="Simulated seconds per second of playback.")] = None,
     hold: Annotated[float | None, typer.Option(help="How long a message's arrow stays (simulated seconds).")] = None,
     save: Annotated[
-        Path | None, typer.Option(help="Write a Rerun recording (.rrd) instead of opening a viewer.")
+        Path | None,
+        typer.Option(help="Write a Rerun recording (.rrd), in place of an earlier one, instead of opening a viewer."),
     ] = None,
     serve: Annotated[bool, typer.Option("--serve", help="Serve to a browser on this machine (loopback only).")] = False,
-    screenshot: Annotated[Path | None, typer.Option(help="Write a picture (.png); needs --at, no screen.")] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Write a picture (.png), in place of an earlier one; needs --at, no screen.")
+    ] = None,
     at: Annotated[float | None, typer.Option(help="Instant of the picture (simulated seconds).")] = None,
     graph: Annotated[
         bool, typer.Option("--graph", help="Open with the graphical model and its messages in front, not the map.")

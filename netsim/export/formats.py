@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 from netsim.errors import NetsimError
@@ -41,11 +40,15 @@ class Format:
         Raises:
             NetsimError: If a library is missing that the format needs.
         """
-        if self.needs and find_spec(self.needs) is None:
+        try:
+            if self.needs:
+                import_module(self.needs)
+        except ImportError as error:
             msg = (
-                f"the package {self.needs.replace('_', '-')} is missing; install it: pip install 'netsim[{self.extra}]'"
+                f"--{self.extra}: expected the package {self.needs.replace('_', '-')}, got none that can be imported "
+                f"({error}); install it, in a checkout of netsim, with: pip install -e '.[{self.extra}]'"
             )
-            raise NetsimError(msg)
+            raise NetsimError(msg) from error
         make: Make = getattr(import_module(f"netsim.export.{self.module}"), self.maker)
         return make
 

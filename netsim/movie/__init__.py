@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from netsim.errors import ScenarioError
-from netsim.movie.files import check_place, whole_file
+from netsim.files import whole_file
+from netsim.movie.files import check_place
 from netsim.movie.options import MovieOptions, Reel, plan
 from netsim.replay.check import check_window
 from netsim.replay.options import ReplayOptions
@@ -101,7 +102,7 @@ def write_movie(
     width_px, fps = _USUAL[Path(path).suffix.lower()]
     reel = plan(options, look, look.fps or fps, last_time_ns(trace))
     painter = _painter(Path(trace), reel, options, look.width_px or width_px, look.light, progress)
-    with whole_file(Path(path)) as part:
+    with whole_file(Path(path), "movie") as part:
         _write(part, Path(path).suffix.lower(), painter, reel, progress)
     layout = painter.layout
     size_byte = Path(path).stat().st_size

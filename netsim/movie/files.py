@@ -1,11 +1,8 @@
-"""Files that are there whole or not at all."""
+"""Where a movie may be written."""
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from netsim.errors import NetsimError, ScenarioError
+from netsim.errors import ScenarioError
 
 
 def check_place(path: Path, *, force: bool) -> None:
@@ -14,31 +11,13 @@ def check_place(path: Path, *, force: bool) -> None:
     Raises:
         ScenarioError: If the folder does not exist, or there is something of that name that may not be replaced.
     """
+    asked = f"--{path.suffix[1:].lower()} {path}"
     if not path.parent.is_dir():
-        msg = f"{path}: expected a folder that exists, got {path.parent}; make it, or name another"
+        msg = f"{asked}: expected a folder that exists, got {path.parent}; make it, or name another"
         raise ScenarioError(msg)
     if path.is_dir():
-        msg = f"{path}: expected the name of a movie, got that of a folder"
+        msg = f"{asked}: expected the name of a movie, got that of a folder"
         raise ScenarioError(msg)
     if path.exists() and not force:
-        msg = f"{path}: expected a new name, got that of a file; replace it with --force, or name another"
+        msg = f"{asked}: expected a new file, got one that exists; name another, or replace it (--force)"
         raise ScenarioError(msg)
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """A place to write to that gets its name when all is well, and goes otherwise.
-
-    Raises:
-        NetsimError: If the file cannot be written.
-    """
-    part = path.with_name(f".{path.name}.part")
-    try:
-        yield part
-        os.replace(part, path)
-    except OSError as error:
-        msg = f"{path}: cannot write the movie: {error.strerror or error}"
-        raise NetsimError(msg) from error
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from netsim.errors import NetsimError, ScenarioError
+from netsim.errors import ScenarioError
+from netsim.files import whole_file
 from netsim.sequence.chart import svg_of
 from netsim.sequence.gather import Asked, gather
 from netsim.sequence.plan import Plan, plan
@@ -37,11 +38,8 @@ def write_chart(trace: Path, out: Path, asked: Asked, *, force: bool = False) ->
         from netsim.sequence.page import html_of
 
         text = html_of(layout)
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        message = f"{out}: cannot write the chart: {error.strerror or error}"
-        raise NetsimError(message) from error
+    with whole_file(out, "chart") as part:
+        part.write_text(text, encoding="utf-8")
     return layout
 
 

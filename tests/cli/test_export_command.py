@@ -115,10 +115,11 @@ def test_a_trace_is_never_replaced(run: Path) -> None:
 
 
 def test_a_missing_library_is_told_with_its_remedy(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("netsim.export.formats.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "foxglove_schemas_protobuf", None)  # importing it fails
     done = run_netsim("export", run, "--foxglove", tmp_path / "x.mcap")
     assert done.returncode == 1
-    assert "foxglove-schemas-protobuf is missing; install it: pip install 'netsim[foxglove]'" in done.stderr
+    assert "--foxglove: expected the package foxglove-schemas-protobuf" in done.stderr
+    assert "pip install -e '.[foxglove]'" in done.stderr
 
 
 def test_ctrl_c_leaves_nothing(run: Path, tmp_path: Path) -> None:
