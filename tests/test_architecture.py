@@ -20,11 +20,11 @@ MAY_IMPORT = {
     "units": set(),
     "errors": set(),
     "parameters": set(),
+    "files": set(),
     "rng": set(),
     "codec": set(),
     "kernels": set(),
     "reading": set(),
-    "files": set(),
     "models": {"kernels", "rng", "reading"},
     "trace": set(),
     "problems": {"kernels", "models", "rng", "trace.events"},
@@ -36,13 +36,13 @@ MAY_IMPORT = {
     "flow": {"trace"},
     "metrics": {"trace", "kernels", "flow.rounds"},
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
-    "sequence": {"trace", "files", "metrics.causes", "metrics.traffic", "replay.style"},
+    "sequence": {"files", "trace", "metrics.causes", "metrics.traffic", "replay.style"},
     "calibrate": {"kernels", "models"},
-    "replay": {"trace", "files", "flow.rounds", "flow.layout"},
+    "replay": {"files", "trace", "flow.rounds", "flow.layout"},
     "export": {"trace", "replay.style"},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},
-    "movie": {"trace", "files"}
+    "movie": {"files", "trace"}
     | {f"replay.{part}" for part in ("check", "flights", "flying", "motion", "options", "style")},
     "scenario": EVERYTHING,
     "cli": EVERYTHING,
@@ -57,7 +57,6 @@ STRICTER = {
     "codec": set(),
     "kernels": {"errors"},
     "reading": {"errors", "parameters", "units"},
-    "files": {"errors"},
 }
 """Rooms that may not import even all of ALL."""
 

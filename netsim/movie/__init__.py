@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from netsim.errors import ScenarioError
-from netsim.files import whole_file
-from netsim.movie.files import check_place
+from netsim.files import check_place, whole_file
 from netsim.movie.options import MovieOptions, Reel, plan
 from netsim.replay.check import check_window
 from netsim.replay.options import ReplayOptions
@@ -61,7 +60,7 @@ def check_movie(path: Path | str, *, force: bool = False) -> None:
     if Path(path).suffix.lower() not in _USUAL:
         msg = f"{path}: expected the name of a movie that ends in {' or '.join(_USUAL)}"
         raise ScenarioError(msg)
-    check_place(Path(path), force=force)
+    check_place(Path(path), force=force, option=f"--{Path(path).suffix[1:].lower()}")
     if Path(path).suffix.lower() == ".mp4":
         from netsim.movie.mp4 import check_mp4
 
@@ -102,7 +101,7 @@ def write_movie(
     width_px, fps = _USUAL[Path(path).suffix.lower()]
     reel = plan(options, look, look.fps or fps, last_time_ns(trace))
     painter = _painter(Path(trace), reel, options, look.width_px or width_px, look.light, progress)
-    with whole_file(Path(path), "movie") as part:
+    with whole_file(Path(path), "the movie") as part:
         _write(part, Path(path).suffix.lower(), painter, reel, progress)
     layout = painter.layout
     size_byte = Path(path).stat().st_size

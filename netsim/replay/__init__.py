@@ -47,7 +47,7 @@ def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None 
     check_window(trace, options or ReplayOptions())
     from netsim.replay.convert import save_recording
 
-    with whole_file(Path(rrd_path), "recording") as part, whole(Path(trace)) as complete:
+    with whole_file(Path(rrd_path), "the recording") as part, whole(Path(trace)) as complete:
         try:
             save_recording(complete, part, options or ReplayOptions())
         except RuntimeError as error:
@@ -202,7 +202,7 @@ def _check_pictures(pictures: Sequence[tuple[Path | str, float]]) -> None:
 
 
 def _write(png: Path, image: bytes) -> None:
-    with whole_file(png, "picture") as part:
+    with whole_file(png, "the picture") as part:
         part.write_bytes(image)
 
 

@@ -38,7 +38,7 @@ def write_chart(trace: Path, out: Path, asked: Asked, *, force: bool = False) ->
         from netsim.sequence.page import html_of
 
         text = html_of(layout)
-    with whole_file(out, "chart") as part:
+    with whole_file(out, "the chart") as part:
         part.write_text(text, encoding="utf-8")
     return layout
 
