@@ -20,7 +20,7 @@ class Format:
         module: Module of `netsim.export` that writes it.
         maker: What in the module opens an output, a `Make`.
         ending: How the name of the file, or of the files in the folder, ends.
-        opening: How to open the output, with `{path}` for its name.
+        opening: How to open the output, with `{path}` for its name, of a folder with `{table}` for one of its tables.
         is_folder: Whether the output is a folder.
         needs: A package that is no part of netsim's own dependencies.
         extra: The extra of netsim that brings it.
@@ -56,13 +56,13 @@ class Format:
 FORMATS: dict[str, Format] = {
     "pcap": Format("pcap", "Capture", ".pcap", "open it with: wireshark {path}"),
     "csv": Format(
-        "csv_tables", "csv_tables", ".csv", "read it with: pandas.read_csv('{path}/frames.csv')", is_folder=True
+        "csv_tables", "csv_tables", ".csv", "read it with: pandas.read_csv('{path}/{table}.csv')", is_folder=True
     ),
     "parquet": Format(
         "parquet_tables",
         "parquet_tables",
         ".parquet",
-        "read it with: pandas.read_parquet('{path}/frames.parquet')",
+        "read it with: pandas.read_parquet('{path}/{table}.parquet')",
         is_folder=True,
     ),
     "foxglove": Format(
