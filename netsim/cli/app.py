@@ -123,7 +123,8 @@ def replay(
 ) -> None:
     """Watch a run in Rerun: the map with its messages, energy, rounds, radio states and log.
 
-    Rerun collects anonymous usage statistics unless you run `rerun analytics disable` once.
+    Rerun's anonymous usage statistics are switched off here; where you start `rerun F.rrd` yourself, it collects them unless
+    you run `rerun analytics disable` once.
     """
     from netsim.cli.replay import Sinks, replay_command
 
