@@ -38,7 +38,7 @@ MAY_IMPORT = {
     "snapshots": {"trace", "kernels", "metrics", "flow.drawing", "flow.look"},
     "sequence": {"files", "trace", "metrics.causes", "metrics.traffic", "replay.style"},
     "calibrate": {"kernels", "models"},
-    "replay": {"trace", "flow.rounds", "flow.layout"},
+    "replay": {"files", "trace", "flow.rounds", "flow.layout"},
     "export": {"trace", "replay.style"},
     "study": {"scenario", "metrics", "reading", "trace"},
     "testing": {"api", "sim", "models", "trace", "rng"},

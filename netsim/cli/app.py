@@ -104,10 +104,13 @@ def replay(
     speed: Annotated[float | None, typer.Option(help="Simulated seconds per second of playback.")] = None,
     hold: Annotated[float | None, typer.Option(help="How long a message's arrow stays (simulated seconds).")] = None,
     save: Annotated[
-        Path | None, typer.Option(help="Write a Rerun recording (.rrd) instead of opening a viewer.")
+        Path | None,
+        typer.Option(help="Write a Rerun recording (.rrd), in place of an earlier one, instead of opening a viewer."),
     ] = None,
     serve: Annotated[bool, typer.Option("--serve", help="Serve to a browser on this machine (loopback only).")] = False,
-    screenshot: Annotated[Path | None, typer.Option(help="Write a picture (.png); needs --at, no screen.")] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Write a picture (.png), in place of an earlier one; needs --at, no screen.")
+    ] = None,
     at: Annotated[float | None, typer.Option(help="Instant of the picture (simulated seconds).")] = None,
     graph: Annotated[
         bool, typer.Option("--graph", help="Open with the graphical model and its messages in front, not the map.")
@@ -120,7 +123,8 @@ def replay(
 ) -> None:
     """Watch a run in Rerun: the map with its messages, energy, rounds, radio states and log.
 
-    Rerun collects anonymous usage statistics unless you run `rerun analytics disable` once.
+    Rerun's anonymous usage statistics are switched off here; where you start `rerun F.rrd` yourself, it collects them unless
+    you run `rerun analytics disable` once.
     """
     from netsim.cli.replay import Sinks, replay_command
 

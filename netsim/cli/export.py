@@ -13,7 +13,7 @@ from netsim.cli.names import one_node
 from netsim.cli.replay import trace_file
 from netsim.cli.watching import progress_bar
 from netsim.errors import ScenarioError
-from netsim.export import FORMATS, Job, Progress, Selection, check_outputs, export
+from netsim.export import FORMATS, Format, Job, Progress, Selection, check_outputs, export
 from netsim.replay import ReplayOptions, check_window, node_ids
 from netsim.units import NS_PER_S, s_to_ns
 
@@ -51,8 +51,14 @@ def export_command(
         with _shown() as progress:
             export(_job(trace, wanted, part), chosen, force=force, progress=progress)
     for name, path in chosen.items():
-        say(f"wrote {path}; {FORMATS[name].opening.format(path=path)}")
+        say(f"wrote {path}; {_opening(FORMATS[name], path)}")
     movie_command(trace, movies, part, force=force)
+
+
+def _opening(form: Format, path: Path) -> str:
+    """How to open an output, with a table that is there for example: of a part without frames there is none of them."""
+    has_frames = not form.is_folder or (path / f"frames{form.ending}").exists()
+    return form.opening.format(path=path, table="frames" if has_frames else "nodes")
 
 
 def _check(chosen: Mapping[str, Path], wanted: Wanted, movies: Movies) -> None:
@@ -65,9 +71,11 @@ def _check(chosen: Mapping[str, Path], wanted: Wanted, movies: Movies) -> None:
     if wanted.pcap_node is not None and "pcap" not in chosen:
         message = "--pcap-node: expected --pcap as well, got none: it says at which node a capture is made"
         raise ScenarioError(message)
-    if len({path.absolute() for path in chosen.values()}) < len(chosen):
-        message = "expected a place of its own for each output, got the same one twice"
-        raise ScenarioError(message)
+    places = [path.absolute() for path in chosen.values()]
+    for option, path in chosen.items():
+        if places.count(path.absolute()) > 1:
+            message = f"--{option} {path}: expected a place of its own for each output, got the same one twice"
+            raise ScenarioError(message)
 
 
 def _part(trace: Path, wanted: Wanted) -> ReplayOptions:

@@ -33,19 +33,20 @@ def live_command(given: Path, options: ReplayOptions, nodes: str | None, *, serv
         options = replace(options, nodes=node_ids(_there(trace), nodes.split(",")))
     announce = (lambda address: tell(f"open {address} in a browser; Ctrl-C ends")) if serve else None
     with suppress(KeyboardInterrupt):
-        live(trace, options, announce=announce, told=_Teller())
+        live(trace, options, announce=announce, told=_Teller("Ctrl-C ends" if serve else "close the viewer to end"))
 
 
 class _Teller:
-    """Says now and then how far the run is shown."""
+    """Says now and then how far the run is shown, and at its end how to end."""
 
-    def __init__(self) -> None:
+    def __init__(self, ending: str) -> None:
+        self._ending = ending
         self._told_s = -LINE_EVERY_S
         self._told_ns = 0
 
     def __call__(self, shown_ns: int, is_over: bool) -> None:
         if is_over:
-            tell(f"the run is over, and all {shown_ns / NS_PER_S:.6g} s of it are shown; close the viewer to end")
+            tell(f"the run is over, and all {shown_ns / NS_PER_S:.6g} s of it are shown; {self._ending}")
         elif shown_ns != self._told_ns and time.monotonic() >= self._told_s + LINE_EVERY_S:
             self._told_s, self._told_ns = time.monotonic(), shown_ns
             tell(f"shown up to {shown_ns / NS_PER_S:.6g} s")

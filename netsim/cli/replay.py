@@ -140,7 +140,23 @@ def _check(options: ReplayOptions, sinks: Sinks) -> None:
     if options.end_s is not None and options.end_s <= options.start_s:
         message = f"--end: expected a time after --start ({options.start_s:g} s), got {options.end_s:g} s"
         raise ScenarioError(message)
+    for option, path, ending in (("--save", sinks.save, ".rrd"), ("--screenshot", sinks.screenshot, ".png")):
+        if path is not None:
+            _check_file(option, path, ending)
     for name, value in (("--speed", options.speed), ("--hold", options.hold_s)):
         if value is not None and not 0 < value < math.inf:
             message = f"{name}: expected a number > 0, got {value:g}"
             raise ScenarioError(message)
+
+
+def _check_file(option: str, path: Path, ending: str) -> None:
+    """Refuse a name before anything is made; its ending keeps traces from being replaced."""
+    if path.suffix.lower() != ending:
+        message = f"{option} {path}: expected the name of a file that ends in {ending}"
+    elif path.is_dir():
+        message = f"{option} {path}: expected the name of a file, got that of a folder"
+    elif not path.absolute().parent.is_dir():
+        message = f"{option} {path}: expected a folder that exists, got {path.parent}; make it, or name another"
+    else:
+        return
+    raise ScenarioError(message)

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 
 from netsim.errors import NetsimError, ScenarioError, TraceError
-from netsim.export.formats import FORMATS
+from netsim.export.formats import FORMATS, Format
 from netsim.export.job import ExportWarning, Job, Sink
 from netsim.export.metric_table import NAME as METRIC_TABLE
 from netsim.export.places import Place
@@ -19,7 +19,7 @@ from netsim.trace.events import Event
 from netsim.trace.reader import TruncatedTraceWarning, last_time_ns, read_trace, trace_metadata
 from netsim.trace.recorder import Handler
 
-__all__ = ["FORMATS", "ExportWarning", "Job", "Selection", "check_outputs", "export"]
+__all__ = ["FORMATS", "ExportWarning", "Format", "Job", "Selection", "check_outputs", "export"]
 
 Progress = Callable[[int, int], None]
 """Called now and then with the time of the event at hand, and of the last one, in nanoseconds."""

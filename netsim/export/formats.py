@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 from netsim.errors import NetsimError
@@ -21,7 +20,7 @@ class Format:
         module: Module of `netsim.export` that writes it.
         maker: What in the module opens an output, a `Make`.
         ending: How the name of the file, or of the files in the folder, ends.
-        opening: How to open the output, with `{path}` for its name.
+        opening: How to open the output, with `{path}` for its name, of a folder with `{table}` for one of its tables.
         is_folder: Whether the output is a folder.
         needs: A package that is no part of netsim's own dependencies.
         extra: The extra of netsim that brings it.
@@ -41,11 +40,15 @@ class Format:
         Raises:
             NetsimError: If a library is missing that the format needs.
         """
-        if self.needs and find_spec(self.needs) is None:
+        try:
+            if self.needs:
+                import_module(self.needs)
+        except ImportError as error:
             msg = (
-                f"the package {self.needs.replace('_', '-')} is missing; install it: pip install 'netsim[{self.extra}]'"
+                f"--{self.extra}: expected the package {self.needs.replace('_', '-')}, got none that can be imported "
+                f"({error}); install it, in a checkout of netsim, with: pip install -e '.[{self.extra}]'"
             )
-            raise NetsimError(msg)
+            raise NetsimError(msg) from error
         make: Make = getattr(import_module(f"netsim.export.{self.module}"), self.maker)
         return make
 
@@ -53,13 +56,13 @@ class Format:
 FORMATS: dict[str, Format] = {
     "pcap": Format("pcap", "Capture", ".pcap", "open it with: wireshark {path}"),
     "csv": Format(
-        "csv_tables", "csv_tables", ".csv", "read it with: pandas.read_csv('{path}/frames.csv')", is_folder=True
+        "csv_tables", "csv_tables", ".csv", "read it with: pandas.read_csv('{path}/{table}.csv')", is_folder=True
     ),
     "parquet": Format(
         "parquet_tables",
         "parquet_tables",
         ".parquet",
-        "read it with: pandas.read_parquet('{path}/frames.parquet')",
+        "read it with: pandas.read_parquet('{path}/{table}.parquet')",
         is_folder=True,
     ),
     "foxglove": Format(

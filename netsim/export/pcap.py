@@ -61,6 +61,7 @@ class Capture:
         _warn(self._setting)
         self._numbers = SequenceNumbers()
         self._order = ByStart(longest_wait_ns(job.trace, job.selection.start_ns, job.selection.end_ns))
+        self._is_empty = True
         self._stream: BinaryIO = path.open("wb")
         self._stream.write(_FILE_HEAD)
 
@@ -72,6 +73,8 @@ class Capture:
         """Write what was held back, and close the file."""
         self._write(self._order.rest())
         self._stream.close()
+        if self._is_empty:
+            warnings.warn("pcap: no frame is in the part that was asked for", ExportWarning, stacklevel=2)
 
     def abort(self) -> None:
         """Close the file as it is."""
@@ -89,7 +92,9 @@ class Capture:
         self._write(self._order.add(frame.t_start_ns, time_ns, frame.frame_id, record))
 
     def _write(self, records: Iterable[bytes]) -> None:
-        self._stream.writelines(records)
+        for record in records:
+            self._stream.write(record)
+            self._is_empty = False
 
     def _is_heard(self, frame: Frame) -> bool:
         """Whether the capturing node sent or decoded a frame; a sniffer that hears all hears it."""

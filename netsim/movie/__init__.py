@@ -60,7 +60,7 @@ def check_movie(path: Path | str, *, force: bool = False) -> None:
     if Path(path).suffix.lower() not in _USUAL:
         msg = f"{path}: expected the name of a movie that ends in {' or '.join(_USUAL)}"
         raise ScenarioError(msg)
-    check_place(Path(path), force=force)
+    check_place(Path(path), force=force, option=f"--{Path(path).suffix[1:].lower()}")
     if Path(path).suffix.lower() == ".mp4":
         from netsim.movie.mp4 import check_mp4
 

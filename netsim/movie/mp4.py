@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
 
 from netsim.errors import NetsimError
@@ -20,9 +19,14 @@ def check_mp4() -> None:
     Raises:
         NetsimError: If there is none.
     """
-    if find_spec("av") is None:
-        msg = "MP4: expected the package av, got none; install it with: pip install 'netsim[movie]', or write a .gif"
-        raise NetsimError(msg)
+    try:
+        import av  # noqa: F401
+    except ImportError as error:
+        msg = (
+            f"--mp4: expected the package av, got none that can be imported ({error}); install it, in a checkout of "
+            "netsim, with: pip install -e '.[movie]', or write a --gif"
+        )
+        raise NetsimError(msg) from error
 
 
 def write_mp4(path: Path, pictures: Iterable[Pixels], size: tuple[int, int], fps: float) -> None:
@@ -35,7 +39,8 @@ def write_mp4(path: Path, pictures: Iterable[Pixels], size: tuple[int, int], fps
         fps: Pictures a second.
 
     Raises:
-        NetsimError: If there is no encoder, or it fails.
+        NetsimError: If there is no encoder.
+        OSError: If it fails, or the file cannot be written.
     """
     check_mp4()
     import av
@@ -53,5 +58,4 @@ def write_mp4(path: Path, pictures: Iterable[Pixels], size: tuple[int, int], fps
                 container.mux(stream.encode(told))
             container.mux(stream.encode())
     except av.error.FFmpegError as error:
-        msg = f"{path}: cannot write the movie: {error.strerror}"
-        raise NetsimError(msg) from error
+        raise OSError(error.errno, error.strerror) from error  # to be told with the file's own name

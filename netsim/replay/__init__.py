@@ -8,7 +8,8 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from netsim.errors import NetsimError, ScenarioError, TraceError
+from netsim.errors import ScenarioError, TraceError
+from netsim.files import whole_file
 from netsim.replay.check import check_instant, check_window, node_ids, node_table
 from netsim.replay.options import ReplayOptions
 from netsim.trace.mending import mended
@@ -34,22 +35,43 @@ os.environ.setdefault("RUST_LOG", "warn,re_mcap=off,re_grpc_client=off,re_sdk=of
 
 
 def save(trace: Path | str, rrd_path: Path | str, options: ReplayOptions | None = None) -> None:
-    """Convert a trace into a Rerun recording (`.rrd`) with its layout inside.
+    """Convert a trace into a Rerun recording (`.rrd`) with its layout inside; an interrupted one leaves no file.
 
     Raises:
-        ScenarioError: If the trace has not what the options ask for (see `check_window`).
-        TraceError: If the trace cannot be read, is damaged or names no nodes, or the recording cannot be written.
+        ScenarioError: If the recording would replace the trace itself, or the trace has not what the options ask for
+            (see `check_window`).
+        TraceError: If the trace cannot be read, is damaged or names no nodes.
+        NetsimError: If the recording cannot be written.
     """
+    _spare_trace(Path(trace), Path(rrd_path))
     check_window(trace, options or ReplayOptions())
     node_table(Path(trace))  # what is wrong is said of the trace, not of a copy
     from netsim.replay.convert import save_recording
 
-    try:
-        with mended(Path(trace)) as complete:
-            save_recording(complete, Path(rrd_path), options or ReplayOptions())
-    except (OSError, RuntimeError) as error:
-        msg = f"{rrd_path}: cannot write the recording: {error}"
-        raise TraceError(msg) from error
+    with whole_file(Path(rrd_path), "the recording") as part, mended(Path(trace)) as complete:
+        try:
+            save_recording(complete, part, options or ReplayOptions())
+        except RuntimeError as error:
+            _write_more(part)
+            raise OSError(str(error)) from error
+
+
+def _spare_trace(trace: Path, out: Path) -> None:
+    if out.exists() and trace.exists() and out.samefile(trace):
+        msg = f"{out}: expected the name of a recording, got that of the trace itself, which would be lost"
+        raise ScenarioError(msg)
+
+
+def _write_more(part: Path) -> None:
+    """Find out why a file cannot be written: Rerun only says that it failed.
+
+    Raises:
+        OSError: With the reason, if the file takes no more.
+    """
+    with part.open("ab") as stream:
+        stream.write(bytes(1 << 16))
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def view(trace: Path | str, options: ReplayOptions | None = None) -> None:
@@ -181,11 +203,8 @@ def _check_pictures(pictures: Sequence[tuple[Path | str, float]]) -> None:
 
 
 def _write(png: Path, image: bytes) -> None:
-    try:
-        png.write_bytes(image)
-    except OSError as error:
-        msg = f"{png}: cannot write the picture: {error.strerror}"
-        raise NetsimError(msg) from error
+    with whole_file(png, "the picture") as part:
+        part.write_bytes(image)
 
 
 def _saved(source: Path, folder: Path, options: ReplayOptions | None) -> Path:

@@ -106,11 +106,12 @@ def _aired_kinds(path: Path) -> Iterator[set[str]]:
 
 def _demand(what: str, unknown: Collection[str], known: Collection[str]) -> None:
     if unknown:
-        msg = f"{what}: expected some of {_listed(known)}; got {_listed(unknown)}"
+        some = f"some of {_listed(known)}" if known else "no choice, for the trace has none"
+        msg = f"{what}: expected {some}; got {_listed(unknown)}"
         raise ScenarioError(msg)
 
 
 def _listed(names: Collection[str]) -> str:
     shown = list(names)[:_LISTED]
     more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
-    return (", ".join(shown) or "none") + more
+    return ", ".join(shown) + more

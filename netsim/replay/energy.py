@@ -109,7 +109,10 @@ class EnergyTrack:
 
     def _summary(self, time_ns: NDArray[np.int64], table: NDArray[np.float64]) -> Iterator[Chunk]:
         curves = (np.nanmin(table, axis=1), np.nanmean(table, axis=1), np.nanmax(table, axis=1))
-        for (name, colour), curve in zip(_SUMMARY.items(), curves, strict=True):
+        colours = list(_SUMMARY.values())  # green is good: most left, least used
+        if not self._left:
+            colours.reverse()
+        for name, colour, curve in zip(_SUMMARY, colours, curves, strict=True):
             if not self._styled:
                 yield static(f"{_ROOT}/{name}", rr.SeriesLines(colors=[colour], names=[name]))
             yield scalars(f"{_ROOT}/{name}", time_ns, curve)

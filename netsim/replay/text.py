@@ -46,6 +46,7 @@ class LogTrack:
 
     def __init__(self, setting: Setting) -> None:
         self._label = setting.label
+        self._nodes, self._kinds = setting.options.nodes, setting.options.kinds
         self._decided: dict[int, str] = {}
         self._identified: dict[int, int] = {}
         self._dropped: list[Batch] = []
@@ -67,7 +68,7 @@ class LogTrack:
         if batch.topic == Frame.topic:
             self._losses.append(_losses(batch))
         elif batch.topic == MessageDropped.topic:
-            self._dropped.append(batch)
+            self._dropped.append(batch.where(self._is_shown(batch)))
         else:
             yield from _chunks(*self._lines[batch.topic](batch))
 
@@ -79,6 +80,16 @@ class LogTrack:
                 outcome_of.update(zip(message.tolist(), outcome.tolist(), strict=True))
         for batch in self._dropped:
             yield from _chunks(*self._drops(batch, outcome_of))
+
+    def _is_shown(self, batch: Batch) -> NDArray[np.bool_]:
+        """Which messages that were given up are of the kinds, and from, to or at the nodes, that are asked for."""
+        shown = np.ones(len(batch.time_ns), bool)
+        if self._kinds is not None:
+            shown &= np.array([kind in self._kinds for kind in batch.texts("kind")], bool)
+        if self._nodes is not None:
+            ids = list(self._nodes)
+            shown &= np.any([np.isin(batch.numbers(field), ids) for field in ("node", "source", "destination")], axis=0)
+        return shown
 
     def _names(self, batch: Batch, field: str) -> list[str]:
         return [self._label(int(node)) if node != BROADCAST else "all" for node in batch.numbers(field)]

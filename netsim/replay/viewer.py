@@ -38,7 +38,9 @@ _REMEDIES = {
     r"render context|graphics adapter|NoSuitableAdapter": (
         "no Vulkan driver to draw with: apt-get install mesa-vulkan-drivers libvulkan1"
     ),
-    r"WAYLAND_DISPLAY|DISPLAY is not set": "no screen to show the replay on; save it, serve it or take a screenshot",
+    r"WAYLAND_DISPLAY|DISPLAY is not set": (
+        "no screen to show the replay on; use --serve, --save F.rrd, or --screenshot F.png --at S"
+    ),
 }
 _COLOUR_CODE = re.compile("\x1b\\[[0-9;]*m")
 _COMPLAINT = re.compile(r"panicked|error", re.IGNORECASE)

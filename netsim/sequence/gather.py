@@ -197,8 +197,9 @@ class _Reader:
             known = ", ".join(kind for kind in self._kinds if kind) or "none"
             return f"--kinds: expected some of {known}, sent up to {_s(exchange.end_ns)} s; got {', '.join(unknown)}"
         next_ns = self._next_ns()
+        is_all = not of and asked.start_ns == 0
         hint = (
-            "choose another --start"
+            ("the run sent no frames" if is_all else "choose another --start")
             if next_ns is None
             else f"the next frame ends at {_s(next_ns)} s: choose a later --end"
         )

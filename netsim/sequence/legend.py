@@ -84,9 +84,14 @@ def _states(plan: Plan) -> Iterator[Entry]:
     present = {"transmit"} | {span.state for sent in plan.exchange.transmissions for span in sent.heard}
     for node in plan.order:
         present |= {span.state for span in announced(plan.exchange, node, plan.first_ns, plan.last_ns)}
-    for state in (*RADIO_STATES, OVERHEAR, "crashed"):
+    known = (*RADIO_STATES, OVERHEAR, "crashed")
+    for state in known:
         if state in present:
             yield Entry("band", state, state_colour(state))
+    failed = {state_colour(state) for state in present.difference(known)}
+    for tone, label in ((LOST_COLOUR, "fails to receive"), (INTERFERED_COLOUR, "loses to another signal")):
+        if tone in failed:
+            yield Entry("band", label, tone)
 
 
 def rows(found: Sequence[Entry], width: float) -> list[list[Entry]]:

@@ -178,6 +178,34 @@ def test_not_a_trace(
         assert len(errors.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--save", "trace.mcap"), "--save trace.mcap: expected the name of a file that ends in .rrd"),
+        (("--save", "no/r.rrd"), "--save no/r.rrd: expected a folder that exists, got no"),
+        (("--save", "folder.rrd"), "--save folder.rrd: expected the name of a file, got that of a folder"),
+        (
+            ("--screenshot", "trace.mcap", "--at", "1"),
+            "--screenshot trace.mcap: expected the name of a file that ends in",
+        ),
+    ],
+)
+def test_a_replay_goes_only_where_it_may(
+    arguments: tuple[str, ...],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("trace.mcap").write_bytes(b"mine")
+    Path("folder.rrd").mkdir()
+    status, _, errors = netsim(monkeypatch, capsys, "replay", "trace.mcap", *arguments)
+    assert status == 2
+    assert errors.startswith(f"error: {said}")
+    assert Path("trace.mcap").read_bytes() == b"mine"
+
+
 def test_plugins_can_be_forbidden(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -114,11 +114,25 @@ def test_a_trace_is_never_replaced(run: Path) -> None:
     assert trace_metadata(trace)
 
 
+def test_of_a_run_without_frames_nothing_is_named_that_is_not_there(scenarios: Path, tmp_path: Path) -> None:
+    silent = netsim.load(scenarios / "quickstart.yaml", ["algorithm.type=independent"])
+    netsim.run(silent, folder=tmp_path / "silent")
+    done = run_netsim("export", tmp_path / "silent", "--pcap", tmp_path / "x.pcap", "--csv", tmp_path / "x")
+    assert done.returncode == 0
+    assert "pcap: no frame is in the part that was asked for" in done.stderr
+    assert f"pandas.read_csv('{tmp_path}/x/nodes.csv')" in done.stdout
+    assert (tmp_path / "x" / "nodes.csv").exists()
+    drawn = run_netsim("inspect", tmp_path / "silent", "--sequence", tmp_path / "x.svg")
+    assert drawn.returncode == 2
+    assert "the run sent no frames" in drawn.stderr
+
+
 def test_a_missing_library_is_told_with_its_remedy(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("netsim.export.formats.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "foxglove_schemas_protobuf", None)  # importing it fails
     done = run_netsim("export", run, "--foxglove", tmp_path / "x.mcap")
     assert done.returncode == 1
-    assert "foxglove-schemas-protobuf is missing; install it: pip install 'netsim[foxglove]'" in done.stderr
+    assert "--foxglove: expected the package foxglove-schemas-protobuf" in done.stderr
+    assert "pip install -e '.[foxglove]'" in done.stderr
 
 
 def test_ctrl_c_leaves_nothing(run: Path, tmp_path: Path) -> None:

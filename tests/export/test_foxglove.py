@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-pytest.importorskip("foxglove_schemas_protobuf", reason="pip install 'netsim[foxglove]' to test scenes for Foxglove")
+pytest.importorskip("foxglove_schemas_protobuf", reason="pip install -e '.[foxglove]' to test scenes for Foxglove")
 
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet

@@ -18,7 +18,7 @@ from rerun.chunk import McapReader
 from synthetic import DEAD_NODE, DEATH_S, NODES, write_synthetic
 
 from netsim import replay
-from netsim.errors import TraceError
+from netsim.errors import NetsimError, ScenarioError, TraceError
 from netsim.replay import ReplayOptions, style
 from netsim.replay.lanes import LaneTrack
 from netsim.replay.options import decide, nice
@@ -304,8 +304,35 @@ def test_what_is_no_trace_is_one_clear_error(tmp_path: Path) -> None:
     with pytest.raises(TraceError, match="names no nodes"):
         replay.save(path, tmp_path / "x.rrd")
     write_three_frames(path)
-    with pytest.raises(TraceError, match="cannot write the recording"):
+    with pytest.raises(NetsimError, match="cannot write the recording"):
         replay.save(path, tmp_path / "nowhere" / "x.rrd")
+
+
+def test_a_recording_never_takes_the_place_of_its_trace(grid: Path, tmp_path: Path) -> None:
+    trace = tmp_path / "t.rrd"  # whatever its name, and whichever way it is named
+    trace.write_bytes(grid.read_bytes())
+    (tmp_path / "link.rrd").symlink_to(trace)
+    for out in (trace, tmp_path / "link.rrd"):
+        with pytest.raises(ScenarioError, match="the trace itself, which would be lost"):
+            replay.save(trace, out)
+    assert trace.read_bytes() == grid.read_bytes()
+
+
+def test_a_full_disk_leaves_no_half_recording(grid: Path, tmp_path: Path) -> None:
+    path = tmp_path / "x.rrd"
+    path.write_bytes(b"mine")
+    program = (
+        "import resource, signal, sys; from netsim import errors, replay\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))\n"
+        f"try: replay.save({str(grid)!r}, {str(path)!r})\n"
+        "except errors.NetsimError as error: sys.exit(str(error))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "x.rrd: cannot write the recording: File too large" in done.stderr
+    assert path.read_bytes() == b"mine"
+    assert [each.name for each in tmp_path.iterdir()] == ["x.rrd"]
 
 
 def test_rerun_decodes_what_we_encode(grid: Path) -> None:

@@ -37,6 +37,7 @@ from netsim.trace.events import (
     Frame,
     LinkTable,
     MessageDropped,
+    MessageSent,
     NodeClocks,
     NodeLife,
     NodePositions,
@@ -148,6 +149,25 @@ def test_tasks_without_a_limit_and_drops_of_no_message_are_told_without_one(tmp_
         (2 * MS, "WARN", "b: gave up beacon to all: channel busy"),
         (3 * MS, "WARN", "a: gave up x #7 from b to c: hop limit"),
     ]
+
+
+def test_the_log_leaves_out_what_others_gave_up(tmp_path: Path) -> None:
+    events: list[tuple[int, Event]] = [
+        (0, MessageSent(1, 0, 1, "x", 9, 1, [])),
+        (0, MessageSent(3, 1, 2, "y", 9, 1, [])),
+        (MS, MessageDropped(1, 0, 1, 0, "x", "no_route")),
+        (2 * MS, MessageDropped(2, 1, 2, 1, "x", "queue_full")),
+        (3 * MS, MessageDropped(3, 1, 2, 1, "y", "queue_full")),
+        (4 * MS, MessageDropped(4, 2, 1, 0, "y", "hop_limit")),
+    ]
+    trace = written(tmp_path / "x.mcap", events)
+    for options, times in [
+        ({"nodes": frozenset({0})}, [1, 4]),
+        ({"nodes": frozenset({2})}, [2, 3, 4]),
+        ({"kinds": frozenset({"y"})}, [3, 4]),
+        ({"kinds": frozenset({"y"}), "nodes": frozenset({0})}, [4]),
+    ]:
+        assert [time_ns // MS for time_ns, *_ in log_of(recording(trace, tmp_path, **options))] == times
 
 
 def test_the_dead_stay_dark_and_the_crashed_come_back(rows: Table) -> None:

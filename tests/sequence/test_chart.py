@@ -139,7 +139,7 @@ def test_the_legend_has_what_the_chart_has(drawn: tuple[Plan, ET.Element]) -> No
     assert [entry.label for entry in entries(layout)] == [
         "ask", "tell", "acknowledgement", "not received: half duplex", "collided",
         "a reception led to a sending", "given up", "a note of the algorithm", "holds a role",
-        "listen", "receive", "transmit", "overhear",
+        "listen", "receive", "transmit", "overhear", "loses to another signal",
     ]  # fmt: skip
 
 
