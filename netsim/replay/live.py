@@ -69,7 +69,8 @@ class Follower:
     def _show(self, path: Path, is_finished: bool) -> bool:
         last_ns = last_time_ns(path)
         pace = self._pace = self._pace or decide(self._options, _horizon_ns(path, last_ns))
-        whole_ns = min(pace.end_ns, last_ns) // pace.bin_ns * pace.bin_ns  # bars of a rate are whole
+        so_far_ns = min(pace.end_ns, last_ns) - pace.first_bar_ns
+        whole_ns = pace.first_bar_ns + so_far_ns // pace.bin_ns * pace.bin_ns  # bars of a rate are whole
         end_ns = min(pace.end_ns, last_ns + 1) if is_finished else whole_ns
         begin_ns = max(pace.start_ns, self.shown_ns)
         if end_ns > begin_ns:

@@ -64,6 +64,8 @@ class Pace:
     tick_ns: int
     bin_ns: int
     """Width of a bar of "messages per second"."""
+    first_bar_ns: int
+    """Where the first bar begins: at the start of what was asked for, so that every bar counts all of its time."""
     speed: float
 
 
@@ -83,6 +85,7 @@ def decide(options: ReplayOptions, last_ns: int) -> Pace:
         hold_ns=round(hold_s * 1e9),
         tick_ns=max(1, round(tick_s * 1e9)),
         bin_ns=round(nice(length_s / _REPLAY_WALL_S) * 1e9),
+        first_bar_ns=round(start_s * 1e9),
         speed=speed,
     )
 

@@ -37,7 +37,8 @@ class RateTrack:
         codes, words = batch.words("kind")
         kind = self._setting.kinds.numbers(words)[codes]
         mine = self._setting.shown[self._setting.scene.rows(batch.numbers("source"))] & (kind >= 0)
-        keys = np.column_stack([kind, batch.time_ns // self._setting.pace.bin_ns])[mine]
+        pace = self._setting.pace
+        keys = np.column_stack([kind, (batch.time_ns - pace.first_bar_ns) // pace.bin_ns])[mine]
         for (number, slot), count in zip(*np.unique(keys, axis=0, return_counts=True), strict=True):
             self._counts[int(number)][int(slot)] += int(count)
         yield from ()
@@ -45,7 +46,8 @@ class RateTrack:
     def finish(self) -> Iterator[Chunk]:
         """One curve a kind, with the zeros between."""
         pace = self._setting.pace
-        slots = np.arange(pace.start_ns // pace.bin_ns, -(-pace.end_ns // pace.bin_ns))
+        first_ns = pace.first_bar_ns
+        slots = np.arange((pace.start_ns - first_ns) // pace.bin_ns, -(-(pace.end_ns - first_ns) // pace.bin_ns))
         # Of a kind that was met before this window, silence is told too.
         for number in sorted({*self._counts, *range(self._before)}):
             counts = self._counts[number]
@@ -59,7 +61,7 @@ class RateTrack:
                 interpolation_mode=rr.components.InterpolationMode.StepAfter,
             )
             yield static(path, look)
-            yield scalars(path, slots * pace.bin_ns, rate)
+            yield scalars(path, first_ns + slots * pace.bin_ns, rate)
 
 
 class RoundTrack:

@@ -6,7 +6,7 @@ import numpy as np
 from recordings import MS, named_nodes, recording, timed
 
 from netsim.replay import style
-from netsim.trace.events import Association, GraphMessages, NodeTable, TruthOrigins, VariablePlacement
+from netsim.trace.events import Association, GraphMessages, MessageSent, NodeTable, TruthOrigins, VariablePlacement
 from netsim.trace.writer import TraceWriter
 
 ROUNDS = [[(0, 1), (1, 0)], [(1, 0)], [(0, 1)], []]
@@ -79,3 +79,15 @@ def test_decisions_of_before_the_window_hold_in_it(tmp_path: Path) -> None:
     rows = recording(tmp_path / "own.mcap", tmp_path, start_s=2.0)
     accuracy = timed(rows["/plots/accuracy"], "Scalars:scalars")
     assert {at: value[0] for at, value in accuracy.items()} == {2000 * MS: 1.0, 3000 * MS: 0.5}
+
+
+def test_bars_count_all_of_their_time(tmp_path: Path) -> None:
+    """Ten messages a second, and a window that begins within a second."""
+    with TraceWriter(tmp_path / "even.mcap", {}) as writer:
+        writer.write(named_nodes("a", "b"), 0)
+        for number in range(1, 701):
+            writer.write(MessageSent(number, 0, 1, "tick", 20, 1, []), 100 * number * MS)
+    rows = recording(tmp_path / "even.mcap", tmp_path, start_s=5.75, end_s=65.75)
+    rates = timed(rows["/plots/messages/tick"], "Scalars:scalars")
+    assert min(rates) == 5750 * MS
+    assert {value[0] for value in rates.values()} == {10.0}
