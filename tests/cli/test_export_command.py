@@ -208,7 +208,8 @@ def test_of_a_trace_that_was_cut_short_the_part_that_is_there(run: Path, tmp_pat
 
 def test_an_empty_window_gives_what_is_told_at_the_start(run: Path, tmp_path: Path) -> None:
     selection = Selection(start_ns=2_900_000_000, end_ns=2_900_000_001)
-    export(Job(trace=run / "trace.mcap", selection=selection), places(tmp_path, ["parquet", "pcap"]))
+    with pytest.warns(UserWarning, match="no frame"):
+        export(Job(trace=run / "trace.mcap", selection=selection), places(tmp_path, ["parquet", "pcap"]))
     found = {path.stem for path in (tmp_path / "parquet.d").iterdir()}
     assert found == {"nodes", "links", "field", "problem", "variables", "variable_edges", "metrics"}
     assert (tmp_path / "x.pcap").stat().st_size == 24

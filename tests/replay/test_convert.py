@@ -244,7 +244,8 @@ def test_a_window_and_a_choice_of_kinds_keep_the_colours_of_the_run(tmp_path: Pa
 def test_a_cut_trace_is_shown_up_to_the_cut(grid: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(grid.read_bytes()[:-60])
-    rows = recording(cut, tmp_path)
+    with pytest.warns(UserWarning, match="cut short"):
+        rows = recording(cut, tmp_path)
     assert "/map/messages/belief" in rows
 
 
